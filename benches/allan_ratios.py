@@ -1,10 +1,10 @@
-"""Ratios of the deviations' speed to their peers', all in one run.
+"""Speed of the deviations relative to peers, all in one run.
 
-Run ``python benches/allan_ratios.py``, with ``--no-allantools`` for the rows against C alone.
+Run ``python benches/allan_ratios.py``, or with ``--no-allantools`` for the comparison with C only.
 
-Every row is one kind at one grid of averaging factors, the least of several rounds; every round
-times each peer once, so a disturbance of a shared machine meets all alike. zerorate runs on one
-thread but in the last column, and tells the noise types, too.
+Each row is a kind of deviation on a grid of averaging factors. The time is the minimum of several
+rounds. Every round times each peer once, so that a disturbance of the machine affects all equally.
+zerorate uses one thread, except in the last column, and also identifies the noise types.
 """
 
 import subprocess
@@ -64,7 +64,7 @@ def allantools(kind):
 
 
 def rows():
-    """Kind, grid's name, its factors, samples, C's name, and whether allantools takes seconds."""
+    """Return kind, grid name, factors, samples, name in C, and True if allantools takes seconds."""
     for n in (1_000_000, 10_000_000):
         for kind, c in [("oadev", "oadev_fused"), ("oadev", "oadev_plain")]:
             yield kind, "octave", octaves(n), n, c
@@ -85,7 +85,7 @@ def seconds(run, z, factors):
 
 
 def timed(peers_of_row, z, factors, rounds):
-    """Least seconds of each, every round timing all; a function that takes seconds runs once."""
+    """Return the minimum time of each peer, s; a peer that takes seconds runs once."""
     best = [np.inf] * len(peers_of_row)
     for _ in range(rounds):
         for i, run in enumerate(peers_of_row):
@@ -112,7 +112,7 @@ def print_memory():
 
 def main():
     print_versions("allantools", "cc")
-    # First: a child's peak starts from that of the process that it is forked from.
+    # This comes first: a child's peak memory starts at the peak of the process that forks it.
     print_memory()
     slow = "--no-allantools" not in sys.argv
     c_deviations = peers.c_deviations()

@@ -1,11 +1,11 @@
-"""Ratios of the ARMA fits' speed to their peers', all in one run.
+"""Speed of the ARMA fits relative to peers, all in one run.
 
-Run ``python benches/arma_ratios.py``, with ``--no-statsmodels`` for the rows against C alone.
+Run ``python benches/arma_ratios.py``, or with ``--no-statsmodels`` for the comparison with C only.
 
-A grid is all orders p, q = 0 to 3; every row is one record, the least of several rounds, in each
-of which every peer runs once. C takes the same starts but Hannan and Rissanen's, and Gauss-Newton
-steps with analytic derivatives. `gain` is how much lower N ln sigma^2 is than in C, at the order
-where they differ most.
+A grid has all orders p, q = 0 to 3. Each row is a record, and its time is the minimum of several
+rounds. Every round runs each peer once. C uses the same start values except Hannan and Rissanen's,
+and Gauss-Newton steps with analytic derivatives. `gain` is the decrease of N ln sigma^2 relative to
+C, at the order with the largest difference.
 """
 
 import sys
@@ -22,7 +22,7 @@ ROUNDS = 5
 
 
 def filtered(phi, theta, n, seed):
-    """Return n samples of an ARMA process, sample by sample for want of a filter."""
+    """Return n samples of an ARMA process, computed sample by sample."""
     a = np.random.default_rng(seed).standard_normal(n + 1000)
     z = np.convolve(a, [1.0, *theta])[: a.size]
     for t in range(len(phi), z.size):
@@ -32,7 +32,7 @@ def filtered(phi, theta, n, seed):
 
 
 def records(n):
-    """Names and records: what gyros are like, and a process that no order up to (1, 1) fits."""
+    """Return names and records: typical gyros, and a process beyond all orders up to (1, 1)."""
     white, steps = np.random.default_rng(1).standard_normal((2, n))
     yield "white", white
     yield "drift", filtered([0.999], [-0.99], n, 2)

@@ -1,7 +1,7 @@
-"""What an array costs beside its filters alone: ``python benches/array_ratios.py``.
+"""Time of an array compared with its filters alone: ``python benches/array_ratios.py``.
 
-Eight gyros of three axes at rest and in motion, in turns. Each row is the least of several rounds;
-every round times every row once, so a disturbance of a shared machine meets all alike.
+Eight gyros with three axes rest and move in turn. Each row is the minimum of several rounds. Every
+round times every row once, so that a disturbance of the machine affects all rows equally.
 """
 
 import time
@@ -19,7 +19,7 @@ RATE = 100.0
 
 
 def samples():
-    """Return samples (n, sensors, 3): ten seconds of rest, ten of motion."""
+    """Return samples (n, sensors, 3): ten seconds of rest, then ten seconds of motion."""
     rng = np.random.default_rng(1)
     t = np.arange(N) / RATE
     waves = 30.0 * np.sin(2.0 * np.pi * t[:, np.newaxis] * [0.7, 0.43, 0.9])
@@ -52,7 +52,7 @@ def calls(z):
 
 
 def rows():
-    """Name, function, number of rows that it takes."""
+    """Return name, function, and number of sample rows for each row of the table."""
     yield "24 filters alone", filters, N
     yield "GyroArray.process, 8 x 3", voted, N
     yield "the same with rotations", turned, N
@@ -61,7 +61,7 @@ def rows():
 
 
 def seconds(run, z, count):
-    """Seconds a row of all sensors."""
+    """Return the time of a sample row of all sensors, s."""
     start = time.perf_counter()
     run(z)
     return (time.perf_counter() - start) / count

@@ -1,8 +1,8 @@
-"""Ratios of Attitude's speed to vqf's, in one run: ``python benches/attitude_ratios.py``.
+"""Speed of Attitude relative to vqf, in one run: ``python benches/attitude_ratios.py``.
 
-The motion of a hand, simulated at 100 Hz and repeated; and the same samples told to be of 286 Hz,
-where ticks are rarer. Each row is the least of several rounds; every round times every row once, so
-a disturbance of a shared machine meets all alike.
+The motion of a hand is simulated at 100 Hz and repeated. The same samples are also processed with a
+stated rate of 286 Hz, at which ticks are rarer. Each row is the minimum of several rounds. Every
+round times every row once, so that a disturbance of the machine affects all rows equally.
 """
 
 import time
@@ -20,7 +20,7 @@ RATES = (100.0, 2000.0 / 7.0)
 
 
 def samples():
-    """Gyro, accelerometer and magnetometer."""
+    """Return gyro, accelerometer and magnetometer samples."""
     motion = zr.simulate_motion("hand", 100.0, 200.0, seed=1)
     sensors = (motion.gyro, motion.accel, motion.mag)
     repeats = -(-N // len(motion.gyro))
@@ -54,7 +54,7 @@ def offline(rate):
 
 
 def rows(z):
-    """Name, function of samples, samples."""
+    """Return name, function, and samples for each row of the table."""
     for rate in RATES:
         for axes, mag in ((6, False), (9, True)):
             told = f"{axes} axes, {rate:.0f} Hz"
@@ -69,7 +69,7 @@ def rows(z):
 
 
 def seconds(run, z):
-    """Seconds a sample of each sensor, or a call."""
+    """Return the time of a sample of each sensor, or of a call, s."""
     count = len(z[0]) if isinstance(z[0], np.ndarray) else len(z)
     start = time.perf_counter()
     run(z)

@@ -1,11 +1,14 @@
-"""imucal beside `zerorate.calibrate`: ``python benches/calibration_peers.py [RUNS]``.
+"""Comparison of imucal and `zerorate.calibrate`: ``python benches/calibration_peers.py [RUNS]``.
 
-A Ferraris calibration: each axis up and down, and a revolution about each axis while it is up, all
-of them placed wrong by a deviation of 0.1, 1 and 3 deg, as by hand. imucal (Python) is told which
-samples are which, and takes poses and angles for exact. `zr.calibrate` is told nothing; it gets
-that record, of which it says that it is not enough, and the same with twenty poses by hand behind
-it, which imucal cannot use. Errors are those over directions and rates all round, which no choice
-of axes changes; times are the least of three.
+The record is a Ferraris calibration: each axis points up and down, and rotates by a revolution
+while it is up. All poses and axes have random errors of 0.1, 1 and 3 deg, as by hand.
+
+imucal (Python) gets the meaning of each sample, and assumes exact poses and angles. `zr.calibrate`
+gets no such information. It reports that this record is not sufficient. It also gets the same
+record with twenty additional poses by hand, which imucal cannot use.
+
+Errors are over all directions and rates, so that the choice of axes does not matter. Times are the
+minimum of three.
 """
 
 import sys
@@ -24,11 +27,11 @@ RATE = 100.0
 PLACED_WRONG = (0.1, 1.0, 3.0)
 MORE = 20
 AWAY = 0.5
-"""Seconds that imucal leaves out at both ends of a rest."""
+"""Time that imucal leaves out at both ends of a rest, s."""
 ALL_ROUND = np.random.default_rng(0).standard_normal((2000, 3))
 ALL_ROUND /= np.linalg.norm(ALL_ROUND, axis=1, keepdims=True)
 POSES = ("z_p", "x_p", "y_p", "z_a", "x_a", "y_a")
-"""Each axis up, then down, each at a right angle to the one before; revolutions while up."""
+"""Axis that is up or down in each pose, perpendicular to the previous one; rotations while up."""
 
 
 def rotation_vector(q):
@@ -38,7 +41,7 @@ def rotation_vector(q):
 
 
 def with_axis_up(name, tilt):
-    """Orientation of the body with an axis up or down, then tilted by a rotation vector."""
+    """Return the orientation with an axis up or down, tilted by a rotation vector."""
     up = np.eye(3)["xyz".index(name[0])] * (1.0 if name.endswith("p") else -1.0)
     z = np.array([0.0, 0.0, 1.0])
     axis, cosine = np.cross(up, z), up @ z
@@ -48,7 +51,7 @@ def with_axis_up(name, tilt):
 
 
 def motion(wrong, seed):
-    """Rotation vectors of the turns, and what each rest and each turn is called."""
+    """Return the rotation vectors, and the names of the rests and rotations."""
     random = np.random.default_rng(seed)
     q = np.array([1.0, 0.0, 0.0, 0.0])
     turns, rests, names = [], ["z_p"], []
@@ -72,7 +75,7 @@ def motion(wrong, seed):
 
 
 def session_of(wrong, seed):
-    """The record; its turns keep their axes, for a wobble would be one more error of imucal's."""
+    """Return the record; axes of rotation are constant, because imucal cannot use a wobble."""
     turns, rests, names = motion(np.radians(wrong), 100 + seed)
     random = np.random.default_rng(200 + seed)
     about = random.standard_normal((MORE, 3))
@@ -87,7 +90,7 @@ def session_of(wrong, seed):
 
 
 def first_part(session, rests):
-    """The Ferraris calibration alone."""
+    """Return the part of the record with the Ferraris calibration."""
     stop = session.rests[len(rests) - 1, 1]
     logs = {
         name: zr.Log(log.time[:stop], log.rate, log.data[:stop], log.names, log.unit)
@@ -141,7 +144,7 @@ def by_zerorate(recording):
 
 
 def errors(session, correct):
-    """RMS error of the length of gravity, mg, and of rates at 100 deg/s, %."""
+    """Return the RMS errors of gravity's norm, mg, and of rates at 100 deg/s, %."""
     truth = session.truth
     A, W = np.array(truth.accel.matrix), np.array(truth.gyro.matrix)
     accel = ALL_ROUND @ A.T + np.array(truth.accel.bias)

@@ -1,8 +1,8 @@
-"""Ratios of ImuCorrector's speed to C's, in one run: ``python benches/corrector_ratios.py``.
+"""Speed of ImuCorrector relative to C, in one run: ``python benches/corrector_ratios.py``.
 
-C writes into memory that is there and knows no missing samples; ImuCorrector returns new arrays.
-Each row is the least of several rounds; every round times every row once, so a disturbance of a
-shared machine meets all alike.
+C writes into existing memory and does not handle missing samples. ImuCorrector returns new arrays.
+Each row is the minimum of several rounds. Every round times every row once, so that a disturbance
+of the machine affects all rows equally.
 """
 
 import ctypes
@@ -39,7 +39,7 @@ def corrector(width, **options):
 
 
 class InC:
-    """The floor, compiled with ``flags``."""
+    """Reference implementation in C, compiled with ``flags``."""
 
     def __init__(self, width, *flags):
         name = "corrector" + "".join(flags).replace("=", "-") + ".so"
@@ -62,7 +62,7 @@ class InC:
 
 
 def check(z):
-    """All are right before they are timed."""
+    """Check that all implementations are right before they are timed."""
     for width in NEEDED:
         expected = InC(width, "-O3")(z[width])
         found = corrector(width).process(z[width])
@@ -81,7 +81,7 @@ def one_by_one(width):
 
 
 def rows(z):
-    """Name, function of rows, rows."""
+    """Return name, function, and sample rows for each row of the table."""
     for width in NEEDED:
         yield f"copy of {width} numbers in NumPy", np.copy, z[width]
         yield f"C, native, {width} numbers", InC(width, "-O3", "-march=native"), z[width]

@@ -1,10 +1,10 @@
-"""DataFlash logs: megabytes a second, and how much faster than pymavlink.
+"""Reading speed of DataFlash logs, MB/s, compared with pymavlink.
 
     python benches/dataflash_ratios.py [MB] [LOG]
 
-A log of so many MB, 64 by default, is written by the tests' own writer, or one is given. It is
-indexed, read as a recording and read as one gyro, least of five rounds; pymavlink goes over the
-messages of its first MB, once, as `mavlogdump` does.
+The log is given, or the writer of the tests makes it with this size (default 64 MB). It is indexed,
+read as a recording, and read as one gyro. Times are the minimum of five rounds. pymavlink reads the
+messages of the first MB once, as `mavlogdump` does.
 """
 
 import sys
@@ -30,7 +30,7 @@ PIECE = 1 << 20
 
 
 def seconds(work, rounds=ROUNDS):
-    """Return the least time of some rounds."""
+    """Return the minimum time of some rounds, s."""
     taken = []
     for _ in range(rounds):
         begun = time.perf_counter()
@@ -40,7 +40,7 @@ def seconds(work, rounds=ROUNDS):
 
 
 def written(folder, size):
-    """Return a log of about so many bytes, a flight after another, and one as text."""
+    """Return a log of about this size with one flight after another, and a log as text."""
     rows = flight(STEPS)
     path = write_dataflash(folder / "piece.bin", rows)
     raw = np.fromfile(path, np.uint8)
@@ -61,13 +61,13 @@ def written(folder, size):
 
 
 def places(path):
-    """Return where the messages of a log begin that have a time."""
+    """Return the positions of the messages that have a time."""
     kinds, _, _ = dataflash_index(np.fromfile(path, np.uint8))
     return np.concatenate([kind[-1] for kind in kinds if kind[1] in TIMED])
 
 
 def mavlink(path):
-    """Go over the messages of a log with pymavlink."""
+    """Read the messages of a log with pymavlink."""
     from pymavlink.DFReader import DFReader_binary
 
     reader = DFReader_binary(str(path))

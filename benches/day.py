@@ -1,9 +1,9 @@
-"""A day of six axes at 100 Hz through ``zerorate replay``: time, memory, and where the time goes.
+"""A day of six axes at 100 Hz through ``zerorate replay``: time, memory, and time of each stage.
 
     python benches/day.py [--rows 8640000] [--rounds 3]
 
-Time and memory are those of the whole command, start of the program included; of the rounds the
-least time and the most memory. The stages are timed one by one in one thread.
+Time and memory are for the whole command, including the start of the program. The table has the
+minimum time and the maximum memory of the rounds. Each stage is timed in one thread.
 """
 
 import argparse
@@ -35,9 +35,9 @@ CASES = ("--method fading --no-figure", "--no-figure", f"{OTHERS} --no-figure", 
 
 
 def make(path, rows):
-    """White noise on a random walk, as a gyro at rest shows it.
+    """Write a log with white noise on a random walk, as from a gyro at rest.
 
-    Made in parts, since the memory of this process would count as that of the command it starts.
+    The log is made in parts, because the memory of this process would count for the command.
     """
     rng, drift = np.random.default_rng(1), np.zeros(len(AXES))
     schema = pa.schema([(name, pa.float64()) for name in ("time", *AXES)])
@@ -52,14 +52,14 @@ def make(path, rows):
 
 
 def run(path, folder, options):
-    """Return seconds, MB at most, and MB written."""
+    """Return the time, s, the maximum memory, MB, and the size of the output, MB."""
     command = ["-m", "zerorate", "replay", str(path), "-o", str(folder), "--force"]
     arguments = [sys.executable, *command, "--columns", ",".join(AXES), *options.split()]
     begin = time.perf_counter()
     child = subprocess.Popen(arguments, stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(child.pid, 0)
     seconds = time.perf_counter() - begin
-    # Reaped here, which its object must not try again.
+    # The process is reaped here, so its object must not reap it again.
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode:
         raise SystemExit(f"zerorate replay {options} ended with {child.returncode}")
@@ -68,7 +68,7 @@ def run(path, folder, options):
 
 
 class Stopwatch:
-    """Processor's seconds of this process by stage."""
+    """Processor time of this process for each stage, s."""
 
     def __init__(self):
         self.seconds = {}
@@ -81,7 +81,7 @@ class Stopwatch:
         self.seconds[stage] = self.seconds.get(stage, 0.0) + passed
 
     def each(self, stage, items):
-        """Yield items, timing how they are made."""
+        """Yield items, and time their production."""
         items, end = iter(items), object()
         while True:
             with self(stage):

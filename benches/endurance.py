@@ -1,7 +1,8 @@
-"""Long runs: no covariance may lose definiteness. ``python benches/endurance.py [FOLDER]``.
+"""Long runs to check that covariances stay definite: ``python benches/endurance.py [FOLDER]``.
 
-Filters 1e8 samples of white noise, and each axis of the recordings at rest in FOLDER repeated to
-as many, and looks at the eigenvalues of P and G every 1e4 samples. Ends with 1 if one is negative.
+The input is 1e8 samples of white noise. The recordings at rest in FOLDER are repeated to the same
+length. The eigenvalues of P and G are checked every 1e4 samples. The exit code is 1 if an
+eigenvalue is negative.
 """
 
 import sys
@@ -29,7 +30,7 @@ def repeated(signal):
 
 
 def lowest_eigenvalues(chunks, **options):
-    """The lowest eigenvalue of P and of G over all checks, relative to R."""
+    """Return the smallest eigenvalues of P and G over all checks, relative to R."""
     drift = zr.DriftFilter(100.0, method="fading", output="estimate", **options)
     lowest = np.full(2, np.inf)
     for chunk in chunks:

@@ -1,6 +1,7 @@
-"""What figures cost beside what they show: processor seconds to build and to render as PNG.
+"""Processor time to build a figure and to render it as PNG.
 
-``python benches/figures.py`` prints a row a figure, least of ROUNDS. All is simulated.
+``python benches/figures.py`` prints a row per figure, with the minimum of ROUNDS. All data are
+simulated.
 """
 
 import time
@@ -18,7 +19,7 @@ SAMPLES, RATE = 1_000_000, 100.0
 
 
 def seconds(work):
-    """Return the least processor time of some rounds."""
+    """Return the minimum processor time of some rounds, s."""
     taken = []
     for _ in range(ROUNDS):
         begun = time.process_time()
@@ -28,12 +29,12 @@ def seconds(work):
 
 
 def drawn(make, path):
-    """Return the processor time of a figure, built and rendered."""
+    """Return the processor time to build and render a figure, s."""
     return seconds(lambda: save_figure(make(), path))
 
 
 def results():
-    """Yield names of figures and what draws each."""
+    """Yield the names of figures, and functions that draw them."""
     rng = np.random.default_rng(1)
     log = zr.Log(
         np.arange(SAMPLES) / RATE, RATE, rng.standard_normal((SAMPLES, 3)), list("xyz"), "deg/s"

@@ -1,10 +1,10 @@
-"""Ratios of the identification's speed to its peers', all in one run.
+"""Speed of the identification relative to peers, all in one run.
 
-Run ``python benches/identify_ratios.py``, with ``--no-peers`` for the rows against C alone.
+Run ``python benches/identify_ratios.py``, or with ``--no-peers`` for the comparison with C only.
 
-Every row is one task on white noise, the least of several rounds; every round times each peer
-once, so a disturbance of a shared machine meets all alike. zerorate's time is that of the public
-function.
+Each row is a task on white noise, and its time is the minimum of several rounds. Every round times
+each peer once, so that a disturbance of the machine affects all equally. The time of zerorate is
+the time of the public function.
 """
 
 import sys
@@ -22,14 +22,14 @@ from zerorate.identification import fit_ar, select_order
 ROUNDS = 15
 SIZES = (15_000, 1_000_000)
 
-# A round of a fast task calls it often enough for the clock.
+# In a round, a fast task is called often enough for the resolution of the clock.
 LEAST_SECONDS = 2e-3
 LONGEST_SECONDS = 2.0
 
 
 @dataclass
 class Row:
-    """A task, at one number of samples, and who does it: functions of the record."""
+    """A task for a number of samples, with the functions that do it."""
 
     name: str
     n: int
@@ -39,7 +39,7 @@ class Row:
 
 
 def order_with_criteria(z):
-    """Three criteria of orders 0 to 10, and the order."""
+    """Compute three criteria for the orders 0 to 10, and return the best order."""
     selection = select_order(z)
     return selection.fpe, selection.aic, selection.bic, selection.order
 
@@ -63,7 +63,7 @@ def statsmodels_burg():
 
 
 def integrated_twice(z):
-    """A record of which the normal equations would keep no digits."""
+    """Return a record for which the normal equations would lose all precision."""
     return np.cumsum(np.cumsum(z))
 
 
@@ -98,7 +98,7 @@ def seconds(run, z, calls):
 
 
 def timed(runs, z):
-    """Least seconds of each, every round timing all; a function that takes seconds runs once."""
+    """Return the minimum time of each function, s; a function that takes seconds runs once."""
     best = [seconds(run, z, 1) for run in runs]
     calls = [max(1, int(LEAST_SECONDS / first)) for first in best]
     for _ in range(ROUNDS):

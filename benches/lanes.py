@@ -1,6 +1,6 @@
-"""What channels side by side cost, all in one run: ``python benches/lanes.py``.
+"""Time of several channels, all in one run: ``python benches/lanes.py``.
 
-Each number is the least of several rounds; every round times every row once.
+Each number is the minimum of several rounds. Every round times every row once.
 """
 
 import sys
@@ -16,7 +16,7 @@ ROWS = 100_000
 ROUNDS = 9
 LANES = (4, 8)
 OUT = 0
-"""In the place of a number of threads: one thread, into an array that is there already."""
+"""Replaces a number of threads: one thread that writes into an existing array."""
 CHANNELS = (1, 2, 3, 4, 6, 8, 16, 64)
 KINDS = {
     "kf": {"method": "kf"},
@@ -28,7 +28,7 @@ KINDS = {
 
 
 def c_jobs(rows):
-    """Name, channels, threads and job of the chain in C, by lanes."""
+    """Return name, channels, threads and job of the chain in C, for each number of lanes."""
     native = ("-O3", "-march=native", "-Wno-psabi")
     for k in (1, *LANES):
         run = peers.c_batch(*native, *([f"-DLANES={k}"] if k > 1 else []))
@@ -38,13 +38,13 @@ def c_jobs(rows):
 
 
 def at_once(run, z):
-    """Each half of the rows by a thread: what a second thread can bring on this machine."""
+    """Process each half of the rows in its own thread, to show the gain of a second thread."""
     with ThreadPoolExecutor(2) as executor:
         list(executor.map(run, np.array_split(z, 2)))
 
 
 def zerorate_jobs(rows):
-    """The same of the filters of this package."""
+    """Return name, channels, threads and job for the filters of this package."""
     for name, options in KINDS.items():
         for k in CHANNELS:
             z = np.ascontiguousarray(rows[:, :k])
@@ -68,7 +68,7 @@ def zerorate_jobs(rows):
 
 
 def least_seconds(jobs, rounds):
-    """The least time of each job over the rounds."""
+    """Return the minimum time of each job over the rounds, s."""
     best = {(name, k, threads): np.inf for name, k, threads, _ in jobs}
     for _ in range(rounds):
         for name, k, threads, job in jobs:

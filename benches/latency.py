@@ -1,8 +1,7 @@
-"""How long an answer takes: by call, by line, and through the pipe. ``python benches/latency.py``.
+"""Time of an answer by call, by line, and through a pipe: ``python benches/latency.py``.
 
-Prints the median and the time that one sample in a thousand exceeds, back to back, each round trip
-timed alone. `cat` and an empty call show what the machine itself costs: the two switches between
-processes, and the time that others take.
+Prints the median and the 99.9 % quantile of successive round trips, each timed alone. `cat` and an
+empty call show the machine's own time: two switches between processes, and other processes.
 """
 
 import subprocess
@@ -33,7 +32,7 @@ def lines(n, channels):
 
 
 def timed(answer, inputs):
-    """Microseconds that each answer took, without those of the warm-up."""
+    """Return the time of each answer after the warm-up, us."""
     times = []
     for one in inputs:
         begin = perf_counter_ns()

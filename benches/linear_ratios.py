@@ -1,8 +1,8 @@
-"""The linear Kalman filter beside filterpy and simdkalman: ``python benches/linear_ratios.py``.
+"""Linear Kalman filter compared with filterpy and simdkalman: ``python benches/linear_ratios.py``.
 
-Each row is the least of several rounds; every round times every row once, so a disturbance of a
-shared machine meets all alike. What is timed predicts and corrects once a sample, in Joseph's form
-here and in filterpy.
+Each row is the minimum of several rounds. Every round times every row once, so that a disturbance
+of the machine affects all rows equally. The timed code predicts and corrects once per sample.
+zerorate and filterpy use Joseph's form.
 """
 
 import time
@@ -49,7 +49,7 @@ def batch(arguments, z, keep):
 
 
 def calls(arguments, z):
-    """A pair of calls, with the samples as a loop has them."""
+    """Return a pair of calls, with the samples in the form that a loop has."""
     kf = of(arguments)
     rows = z[:CALLS, 0].tolist() if z.shape[1] == 1 else list(z[:CALLS])
 

@@ -1,10 +1,10 @@
-"""Logs as MCAP: rows a second both ways, compared with other libraries, and bytes with Parquet.
+"""Speed of MCAP logs, rows/s, compared with other libraries, and size compared with Parquet.
 
     python benches/mcap_ratios.py [ROWS]
 
-A gyro and an accelerometer of three axes as ``sensor_msgs/Imu``, in steps of 0.001, least of five
-rounds. The format's library writes as many bytes a message, and rosbags reads and decodes, once,
-for a tenth of the rows.
+The log has a gyro and an accelerometer of three axes as ``sensor_msgs/Imu``, in steps of 0.001.
+Times are the minimum of five rounds. The library of the format writes messages of the same size.
+rosbags reads and decodes a tenth of the rows once.
 """
 
 import sys
@@ -19,7 +19,7 @@ from versions import print_versions
 
 
 def logged(rows):
-    """Return a log of six axes."""
+    """Return a log with six axes."""
     numbers = np.random.default_rng(1).normal(size=(rows, 6)).round(3)
     names = [f"gyro_{axis}_radps" for axis in "xyz"]
     accel = {f"accel_{axis}_mps2": numbers[:, 3 + i] for i, axis in enumerate("xyz")}
@@ -55,7 +55,7 @@ def least(work):
 
 
 def decoded(path):
-    """Return the rows a second that rosbags reads and decodes."""
+    """Return the number of rows per second that rosbags reads and decodes."""
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
 
@@ -69,7 +69,7 @@ def decoded(path):
 
 
 def library(path, rows):
-    """Return the rows a second that the format's library writes."""
+    """Return the number of rows per second that the library of the format writes."""
     from mcap.writer import CompressionType, Writer
 
     with path.open("wb") as file:

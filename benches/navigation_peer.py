@@ -1,8 +1,9 @@
 """The crate fusion-nav on the scenarios of ``examples/navigation_scenarios.py``.
 
-``python benches/navigation_peer.py [SEEDS]`` builds ``benches/fusion_nav`` with cargo and prints
-the scenarios' table for that filter. It gets the same samples, fixes, start and noise; headings of
-a compass come as a field that its own tilt levels, vectors between antennas as headings.
+``python benches/navigation_peer.py [SEEDS]`` builds ``benches/fusion_nav`` with cargo, and prints
+the table of the scenarios for its filter. The filter gets the same samples, fixes, start and noise.
+A compass heading becomes a field, which the filter levels with its own tilt. A vector between two
+antennas becomes a heading.
 """
 
 import subprocess
@@ -26,7 +27,7 @@ SEA_LEVEL_PA, TROPOSPHERE_M, EXPONENT = 101_325.0, 44_330.769, 0.190_263_24
 
 
 def lines_of(made):
-    """Yield the lines of a scenario, in the order of their times."""
+    """Yield the input lines of a scenario in time order."""
     drive, start = made.drive, made.start
     latitude = np.radians(drive.truth_position[0, 0])
     gravity = float(normal_gravity(latitude, drive.truth_position[0, 2]))
@@ -42,7 +43,7 @@ def lines_of(made):
     first = fixes[0]
     begin = first[0]
     tilt, yaw = start.level_sigma, start.heading_sigma if start.heading_known else np.pi
-    # Errors of attitude are those of the body's axes there; these vehicles start level.
+    # The peer's attitude errors are about the body's axes. These vehicles start level.
     sigmas = [*first[7:13], tilt, tilt, yaw]
     sigmas += [start.accel_bias_sigma] * 3 + [start.gyro_bias_sigma] * 3
     yield "seed", [begin, *first[1:7], *start.quaternion, *start.gyro_bias, *sigmas]
@@ -56,7 +57,7 @@ def lines_of(made):
 
 
 def samples_after(drive, begin):
-    """Yield mean rates and forces of each interval after a time."""
+    """Yield the mean rates and forces of each interval after a time."""
     for k in range(int(np.searchsorted(drive.time, begin)) + 1, len(drive.time)):
         part = slice(k - 1, k + 1)
         means = drive.gyro[part].mean(axis=0), drive.accel[part].mean(axis=0)
@@ -64,7 +65,7 @@ def samples_after(drive, begin):
 
 
 def aids_after(made, begin):
-    """Yield heights, fields and headings after a time."""
+    """Yield the heights, fields and headings after a time."""
     drive, arm = made.drive, made.options.get("baseline")
     for kind, aid in made.aids.items():
         for t, value, sigma in zip(aid.time, aid.value, aid.sigma, strict=True):
@@ -83,7 +84,7 @@ def aids_after(made, begin):
 
 
 def field_of(quaternion, heading):
-    """Return the field of a magnetometer, gauss, of which the heading is a reading."""
+    """Return the field of a magnetometer, gauss, for a heading."""
     forward = rotate(quaternion, np.array([1.0, 0.0, 0.0]))
     off = heading - np.arctan2(forward[1], forward[0])
     north = np.array([np.cos(off), -np.sin(off), 0.0]) * 0.21
@@ -91,7 +92,7 @@ def field_of(quaternion, heading):
 
 
 def run(made):
-    """Return the rows of `navigation_scenarios.run` for this filter."""
+    """Return the rows of `navigation_scenarios.run` for the peer."""
     text = "\n".join(f"{word} {' '.join(map(repr, map(float, x)))}" for word, x in lines_of(made))
     done = subprocess.run(
         [str(TARGET / "release" / "fusion-nav-peer")], input=text, capture_output=True, text=True,
@@ -106,7 +107,7 @@ def run(made):
 
 
 def row_of(drive, x):
-    """Return NEES, errors, verdicts and limits of one second."""
+    """Return NEES, errors, verdicts and limits for one second."""
     k = int(np.argmin(np.abs(drive.time - x[0])))
     position, velocity, q, accel_bias, gyro_bias = np.split(x[1:17], [3, 6, 10, 13])
     P = x[17:242].reshape(15, 15)

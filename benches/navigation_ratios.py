@@ -1,8 +1,8 @@
-"""What navigation costs beside C's strapdown alone: ``python benches/navigation_ratios.py``.
+"""Time of navigation compared with strapdown in C: ``python benches/navigation_ratios.py``.
 
-A simulated drive at 100 Hz with fixes once a second. C integrates the sensors and nothing more: no
-covariance, no fixes, no checks, no biases. Each row is the least of several rounds; every round
-times every row once, so a disturbance of a shared machine meets all alike.
+The input is a simulated drive at 100 Hz with one fix per second. C only integrates the sensors,
+without covariance, fixes, checks and biases. Each row is the minimum of several rounds. Every round
+times every row once, so that a disturbance of the machine affects all rows equally.
 """
 
 import ctypes
@@ -22,7 +22,7 @@ FIXES = 2_000
 
 
 class InC:
-    """The strapdown alone."""
+    """Strapdown navigation in C."""
 
     def __init__(self, drive):
         source = peers.SOURCE.with_name("strapdown.c")

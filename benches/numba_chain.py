@@ -1,4 +1,4 @@
-"""The chain of ``reference.c`` in plain Python, for numba to compile."""
+"""The chain of ``reference.c`` in plain Python, compiled by numba."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
-"""A bench by the processor's time, for a machine that does other work: ratios stay, waiting goes.
+"""Run a bench with processor time instead of clock time, for a machine with other work.
 
     python benches/on_processor.py benches/ratios.py [ARGUMENTS]
 
-Rows of one thread alone mean something then: the times of all threads add up.
+Only rows with one thread are valid, because the times of all threads are added.
 """
 
 import runpy

@@ -1,7 +1,7 @@
-"""What the filter is timed against: the same chain in C, in numba, and filterpy's Kalman filter.
+"""Peers for the timing of the filter: the same chain in C and numba, and filterpy's Kalman filter.
 
-Each function answers a callable that takes an array of samples, or ``None`` with the reason
-printed where the peer cannot be built here.
+Each function returns a callable that takes an array of samples. If the peer cannot be built here,
+the function prints the reason and returns ``None``.
 """
 
 import ctypes
@@ -23,7 +23,7 @@ BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
 def compile_library(name, *flags, source=SOURCE):
-    """The path of a library made from ``source``."""
+    """Return the path of a library that is compiled from ``source``."""
     library = BUILT / name
     built = [str(source), "-o", str(library), "-lm"]
     subprocess.run(["cc", *flags, "-shared", "-fPIC", *built], check=True)
@@ -31,7 +31,7 @@ def compile_library(name, *flags, source=SOURCE):
 
 
 def c_deviations():
-    """``(name) -> (function of samples and factors)`` of the deviations in C."""
+    """Return a function from a name to its deviation in C, which takes samples and factors."""
     flags = ["-O3", "-march=native", "-ffast-math"]
     library = ctypes.CDLL(str(compile_library("allan.so", *flags, source=DEVIATIONS)))
     floats = np.ctypeslib.ndpointer(np.float64, flags="C")
@@ -53,7 +53,7 @@ def c_deviations():
 
 
 def c_order(name, order=10):
-    """``name`` of the choice of an autoregression's order in C: a table of a row an order."""
+    """Return the function ``name`` in C: a table of autoregressions with a row per order."""
     flags = ["-O3", "-march=native", "-ffast-math"]
     library = ctypes.CDLL(str(compile_library("order.so", *flags, source=AUTOREGRESSION)))
     function = getattr(library, name)
@@ -70,7 +70,7 @@ def c_order(name, order=10):
 
 
 def c_arma_grid():
-    """A function of samples to the variances of all ARMA orders up to (3, 3), and the passes."""
+    """Return a function from samples to ARMA variances up to (3, 3), and to the passes."""
     flags = ["-O3", "-march=native", "-ffast-math"]
     function = ctypes.CDLL(str(compile_library("arma.so", *flags, source=ARMA))).arma_grid
     floats = np.ctypeslib.ndpointer(np.float64, flags="C")
@@ -86,7 +86,7 @@ def c_arma_grid():
 
 
 def c_batch(*flags):
-    """The chain in C over a batch, (n,), or (n, k) with ``-DLANES=k``, compiled with ``flags``."""
+    """Return the chain in C for (n,), or for (n, k) with ``-DLANES=k``, compiled with ``flags``."""
     name = "batch" + "".join(flags).replace("=", "-") + ".so"
     library = ctypes.CDLL(str(compile_library(name, *flags)))
     pointer = np.ctypeslib.ndpointer(np.float64, flags="C")
@@ -105,7 +105,7 @@ def c_batch(*flags):
 
 
 def c_extension():
-    """``update(float) -> float`` of the chain as a C extension."""
+    """Return ``update(float) -> float`` of the chain, as a C extension."""
     include = sysconfig.get_path("include")
     flags = ["-O3", "-march=native", "-DPYTHON_MODULE", f"-I{include}"]
     path = compile_library("reference" + sysconfig.get_config_var("EXT_SUFFIX"), *flags)
@@ -116,7 +116,7 @@ def c_extension():
 
 
 def numba_batch():
-    """The chain as numba makes it from plain loops over small arrays, without a guard."""
+    """Return the chain that numba compiles from plain loops over small arrays, without checks."""
     import numba
 
     from numba_chain import process
@@ -125,7 +125,7 @@ def numba_batch():
 
 
 def filterpy_filter(version):
-    """The class KalmanFilter of filterpy 1 or 2; the second is in a folder of its own."""
+    """Return the class KalmanFilter of filterpy 1 or 2; version 2 has its own folder."""
     if version == 1:
         return importlib.import_module("filterpy.kalman").KalmanFilter
     if not FILTERPY_2.is_dir():
@@ -146,7 +146,7 @@ def _is_filterpy(module):
 
 
 def filterpy_batch(version):
-    """The Kalman filter of filterpy 1 or 2 alone, fixed model, sample by sample."""
+    """Return the Kalman filter of filterpy 1 or 2, with a fixed model, sample by sample."""
     KalmanFilter = filterpy_filter(version)
 
     def run(z):

@@ -1,10 +1,12 @@
-"""Holds the instructions of every hot path to a tracked table: ``make ratchet``.
+"""Compare the instruction counts of all hot paths with a tracked table: ``make ratchet``.
 
-Counts do not hang on the load of a machine as times do. The bench ``instructions`` runs each path
-on fixed inputs under valgrind's callgrind, which knows no AVX-512: what is counted is the code for
-AVX2. A path that takes more than three in a hundred more than the table says fails with its name
-and both counts, and so does one that calls a vector instruction as a function. The table is of one
-compiler: another one's counts are shown and not judged. ``make ratchet-renew`` writes it anew.
+Unlike times, counts do not depend on the load of the machine. The bench ``instructions`` runs each
+path on fixed inputs under valgrind's callgrind. callgrind does not know AVX-512, so the counted
+code is the code for AVX2.
+
+A path fails if it needs over 3 % more instructions than the table, or if it calls a vector
+instruction as a function. The table is valid for one compiler. With another compiler the counts are
+printed only. ``make ratchet-renew`` writes the table again.
 """
 
 import csv
@@ -89,9 +91,9 @@ def function(line):
 
 
 def program():
-    """Build the bench, on the core that the wheel is made of, and return its path.
+    """Build the bench with the core of the wheel, and return its path.
 
-    The module beside it is not built: it is named for the features that it asks of dependencies.
+    The module is not built with it, because cargo names it by the features of its dependencies.
     """
     remap()
     build = ["cargo", "bench", "--quiet", "--package", "zerorate-benches", "--no-default-features"]
@@ -114,7 +116,7 @@ def write(counts, compiler):
 
 
 def read():
-    """Return the table, and the compiler that it is of."""
+    """Return the table, and the compiler for which it is valid."""
     with TABLE.open(newline="") as file:
         (_, compiler), *rows = csv.reader(file)
     return {name: int(count) for name, count in rows}, compiler

@@ -1,7 +1,7 @@
-"""Ratios of the filter's speed to its peers', all in one run: ``python benches/ratios.py``.
+"""Speed of the filter relative to peers, all in one run: ``python benches/ratios.py``.
 
-Each row is the least of several rounds; every round times every row once, so a disturbance of a
-shared machine meets all alike.
+Each row is the minimum of several rounds. Every round times every row once, so that a disturbance
+of the machine affects all rows equally.
 """
 
 import sys
@@ -21,7 +21,7 @@ ROUNDS = 9
 C = ("-O3", "-march=native")
 LEARNS = "-DLEARNED=12000"
 START = 100
-"""Samples before the first block of the self-tuning filter."""
+"""Number of samples before the first block of the self-tuning filter."""
 
 
 def _filter(method="fading", output="estimate", **options):
@@ -53,7 +53,7 @@ def _self_tuned():
 
 
 def _at_the_end_of(period):
-    """The sample that ends a tick or a block of the self-tuning filter, least of many calls."""
+    """Return the minimum time of the sample that ends a tick or a block, s, over many calls."""
 
     def run(z):
         drift = _self_tuned()
@@ -78,7 +78,7 @@ def _oracle(z):
 
 
 def batch_rows():
-    """Name, function of an array of samples, number of samples."""
+    """Return name, function of an array, and number of samples for each row."""
     learning = {"adapt_for": None}
     return [
         ("C, native, no guard", peers.c_batch(*C), N),
@@ -112,7 +112,7 @@ def seconds_per_sample(run, z):
 
 
 def least(rows):
-    """Least seconds a sample of each row over all rounds."""
+    """Return the minimum time of a sample for each row over all rounds, s."""
     best = [np.inf] * len(rows)
     for _ in range(ROUNDS):
         for i, row in enumerate(rows):

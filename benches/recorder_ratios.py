@@ -1,10 +1,10 @@
-"""Videos of a GoPro and blackbox logs: time to read, and how much faster than telemetry-parser.
+"""Reading time of GoPro videos and blackbox logs, compared with telemetry-parser.
 
     python benches/recorder_ratios.py [SECONDS]
 
-A video and a blackbox log of so many seconds, 60 by default, are written by the tests' own
-writers. Both are read as recordings, and their samples alone by the core; telemetry-parser reads
-the samples of the video. It finds no samples in a blackbox log without its further fields.
+The writers of the tests make a video and a blackbox log of this length (default 60 s). Both are
+read as recordings, and the core reads their samples alone. telemetry-parser reads the samples of
+the video. It finds no samples in this blackbox log, because some optional fields are missing.
 """
 
 import sys
@@ -34,7 +34,7 @@ def video(path, duration):
 
 
 def blackbox(path, duration):
-    """Return a blackbox log at 2 kHz, whose values walk."""
+    """Return a blackbox log at 2 kHz with random walks as values."""
     count = FRAMES_PER_SECOND * duration
     steps = np.random.default_rng(2).integers(-30, 31, (count, 14))
     return write_blackbox(path, 500 * np.arange(1, count + 1), np.cumsum(steps, axis=0) % 2000)

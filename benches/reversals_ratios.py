@@ -1,6 +1,7 @@
-"""Ratios of the count of reversals to its peers' speed, all in one run.
+"""Speed of the count of reversals relative to peers, all in one run.
 
-Run ``python benches/reversals_ratios.py``. Every round times each peer once, the least counts.
+Run ``python benches/reversals_ratios.py``. Every round times each peer once, and the table has the
+minimum.
 """
 
 import ctypes
@@ -19,7 +20,7 @@ SOURCE = peers.SOURCE.with_name("reversals.c")
 
 
 def c_reversals():
-    """The count of reversals in C."""
+    """Return the count of reversals in C."""
     flags = ["-O3", "-march=native"]
     library = ctypes.CDLL(str(peers.compile_library("reversals.so", *flags, source=SOURCE)))
     function = library.reversals

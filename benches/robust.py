@@ -1,9 +1,9 @@
-"""What outliers, stuck sensors and motion cost a filter, as in ``docs/evidence/robust.md``.
+"""Effect of outliers, stuck sensors and motion on a filter, as in ``docs/evidence/robust.md``.
 
 python benches/robust.py [FOLDER] [--methods auto,fading] [--part degradation ...] [--whole]
 
-FOLDER holds the recordings. `robust_before.json` holds what `auto` came to before its ticks were
-robust; ``--record`` writes it anew.
+FOLDER has the recordings. `robust_before.json` has the results of `auto` before its ticks were
+robust. ``--record`` writes this file again.
 """
 
 import argparse
@@ -35,8 +35,8 @@ RATE = 100.0
 CUT = 2000.0
 SEEDS = (1, 2)
 
-# What is put in, and the mean and worst degradation of `auto` in the methods' study: as it was,
-# and with the prototype of its gate.
+# Contamination, and the mean and largest degradation of `auto` in the study of the methods: in
+# the earlier version, and with the first version of the gate.
 CASES = (
     ("", (1.000, 1.000), (0.999, 1.004)),
     ("share=0.001,size=100", (1.27, 2.02), (1.000, 1.004)),
@@ -62,7 +62,7 @@ SHOCK = 350.0
 
 @cache
 def axes(folder, whole):
-    """Name and samples in deg/s of every axis at rest, the first 2000 s unless whole."""
+    """Return name and samples, deg/s, of every axis at rest; the first 2000 s unless `whole`."""
     found = {}
     for sensor, file in RESTING.items():
         log = zr.read_log(folder / file, rate=RATE)
@@ -77,12 +77,12 @@ def drift_filter(method):
 
 
 def estimate(method, z):
-    """What a method would hold when coasting."""
+    """Return the bias that a method would hold while coasting."""
     return metrics.running_mean(z) if method == "mean" else drift_filter(method).process(z)
 
 
 def coasting(clean, held):
-    """Error at each horizon, judged on the clean record."""
+    """Return the coasting error at each horizon, relative to the clean record."""
     start = round(scoring_start(clean.size / RATE) * RATE)
     z, x = clean[start:], held[start:]
     return np.array([metrics.coasting_error(z, x, RATE, h) for h in HORIZONS])
@@ -93,7 +93,7 @@ def contaminated(text, z, seed):
 
 
 def lost(method, folder, whole, text):
-    """Coasting errors on contaminated records: axis to (seeds, horizons)."""
+    """Return the coasting errors on contaminated records by axis, shape (seeds, horizons)."""
     seeds = SEEDS if text else SEEDS[:1]
     return {
         axis: np.array([coasting(z, estimate(method, contaminated(text, z, s))) for s in seeds])
@@ -102,7 +102,7 @@ def lost(method, folder, whole, text):
 
 
 def over(errors, least):
-    """Mean and worst of errors over the least, both by axis."""
+    """Return mean and maximum of the errors relative to the smallest errors, both by axis."""
     ratios = np.concatenate([(errors[axis] / least[axis]).ravel() for axis in errors])
     return ratios.mean(), ratios.max()
 
@@ -129,7 +129,7 @@ def degradation(folder, methods, whole, before):
 
 
 def back(method, z, text, begin):
-    """Seconds after a fault from `begin` on until the bias stays near that of the clean record."""
+    """Return the time after a fault until the bias stays near the bias of the clean record, s."""
     fault = Contamination.parse(text)
     middle = 2 * round(begin * RATE)
     wrong = np.concatenate([fault.apply(z[:middle], RATE, seed=1), z[middle:]])
@@ -155,7 +155,7 @@ def stuck(folder, methods, whole, before):
 
 
 def moved(folder, methods):
-    """Growth in deg at 60 s, the share at rest, and that while the reference moves, by method."""
+    """Return the error growth at 60 s, deg, and the shares of rest, in total and in motion."""
     trial = read_trial(folder / MOVED, rate=MOVED_RATE)
     (found,) = compare_methods([trial], methods)
     growth = {row.method: math.degrees(row.values["growth_60"]) for row in found.rows}
@@ -211,7 +211,7 @@ def waiting(step, fraction):
 
 
 def shift(method, present, z):
-    """How far one tick that holds only a few samples at 350 deg/s moves the bias at most."""
+    """Return the largest bias step from one tick with only a few samples at 350 deg/s."""
     f = drift_filter(method)
     half = z.size // 2
     level = float(f.process(z[:half])[-1])
@@ -238,7 +238,7 @@ PARTS = {part.__name__: part for part in (degradation, stuck, motion, regret, sh
 
 
 def record(folder):
-    """Write what `auto` comes to today."""
+    """Write the current results of `auto`."""
     errors = {
         "whole" if whole else f"first {CUT:g} s": {
             axis: found[0].tolist() for axis, found in lost("auto", folder, whole, "").items()

@@ -1,4 +1,4 @@
-"""What checks, notes and ways out cost: run it in two checkouts by turns and compare the minima."""
+"""Time of checks, notes and error paths; run it in two checkouts in turn, compare the minima."""
 
 import tempfile
 import time
@@ -13,7 +13,7 @@ N = 400_000
 
 
 def least(f, times=9):
-    """Return the least time of several runs, s."""
+    """Return the minimum time of several runs, s."""
     found = []
     for _ in range(times):
         begin = time.perf_counter()
@@ -23,7 +23,7 @@ def least(f, times=9):
 
 
 def filters(z):
-    """Yield name and ns a sample of filters past their start-up."""
+    """Yield the name and the time of a sample, ns, for filters after their start-up."""
     rows = z[: N // 8 * 8].reshape(-1, 8)
     for method, record, channels in [
         ("kf", z, None),
@@ -38,7 +38,7 @@ def filters(z):
 
 
 def files(z, folder):
-    """Yield name and ms of reading a text table of 200 000 rows and a MAT file of 20 000."""
+    """Yield the name and the reading time, ms, of a text table and of a MAT file."""
     table, mat = folder / "a.csv", folder / "a.mat"
     columns = np.column_stack([np.arange(200_000) / 100, z[:200_000]])
     names = "time_s,gyro_x_dps"

@@ -1,8 +1,8 @@
-"""Starts in the middle of motion: what `auto` takes for rest, and what that costs.
+"""Starts during motion: the motion that `auto` treats as rest, and the resulting error.
 
 python benches/starts.py [FOLDER] [--rest-limit 10]
 
-FOLDER holds the recordings; 0 is no limit.
+FOLDER has the recordings. A limit of 0 means no limit.
 """
 
 import argparse
@@ -19,8 +19,11 @@ TURNS = 0.5
 
 
 def measured(z, rate, bias, moves, limit):
-    """Share of the motion taken for rest, how much worse than none the bias is, and how late the
-    first rest after it is found, s; each NaN where there is none."""
+    """Return the share of motion treated as rest, the bias error relative to zero, and the delay.
+
+    The delay is the time from the start of the first rest after the motion until it is found, s. A
+    value is NaN if it does not exist.
+    """
     options = {"rest_limit": limit} if limit else {}
     trace = zr.DriftFilter(rate, method="auto", **options).trace(z)
     share = trace.at_rest[moves].mean() if moves.any() else np.nan
@@ -35,7 +38,7 @@ def measured(z, rate, bias, moves, limit):
 
 
 def hand(folder, limit):
-    """Three axes, from the middle of each movement on."""
+    """Yield the results of three axes, each from the middle of every movement."""
     log = zr.read_recording(
         folder / "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet", rate=2000.0 / 7.0
     ).gyro
@@ -54,7 +57,7 @@ def hand(folder, limit):
 
 
 def shaft(folder, limit):
-    """A shaft that turns to and fro and never rests."""
+    """Yield the results of a shaft that rotates back and forth and never rests."""
     z = zr.read_log(
         folder / "mpu6050_encoder_yaw_slow_100hz.parquet", columns="shaft_gyro_z_dps"
     ).data[:, 0]
@@ -64,7 +67,7 @@ def shaft(folder, limit):
 
 
 def simulated(motion, limit):
-    """Seventy seconds and more of motion, then twenty of rest."""
+    """Yield the results of at least 70 s of motion, followed by 20 s of rest."""
     rate = 200.0
     for seed in range(SEEDS):
         rng = np.random.default_rng(seed)

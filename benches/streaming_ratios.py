@@ -1,7 +1,8 @@
-"""Ratios of StreamingAllan's speed to C's, in one run: ``python benches/streaming_ratios.py``.
+"""Speed of StreamingAllan relative to C, in one run: ``python benches/streaming_ratios.py``.
 
-C does the Allan variance alone, StreamingAllan Allan and Hadamard. Each row is the least of several
-rounds; every round times every row once, so a disturbance of a shared machine meets all alike.
+C computes the Allan variance only, StreamingAllan computes Allan and Hadamard variances. Each row
+is the minimum of several rounds. Every round times every row once, so that a disturbance of the
+machine affects all rows equally.
 """
 
 import ctypes
@@ -18,7 +19,7 @@ CALLS = 50_000
 
 
 class InC:
-    """The floor, compiled with ``flags``."""
+    """Reference implementation in C, compiled with ``flags``."""
 
     def __init__(self, octaves, *flags):
         name = "streaming" + "".join(flags).replace("=", "-") + ".so"
@@ -42,7 +43,7 @@ class InC:
 
 
 def check(z, octaves=16):
-    """Both are right before they are timed."""
+    """Check that both implementations are right before they are timed."""
     floor, allan = InC(octaves, "-O3"), zr.StreamingAllan(100.0, octaves)
     floor.process(z)
     allan.process(z)

@@ -1,4 +1,4 @@
-"""The day's benchmark, on half a minute."""
+"""Test of the bench of a day, with half a minute."""
 
 import day
 

@@ -1,4 +1,4 @@
-"""pytest-benchmark rows; ``python benches/ratios.py`` prints them as ratios in one run."""
+"""pytest-benchmark rows; ``python benches/ratios.py`` prints ratios in one run."""
 
 import numpy as np
 import pytest

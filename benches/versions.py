@@ -1,4 +1,4 @@
-"""The versions that a table of a bench is of: zerorate, Python, NumPy, and the peers in it."""
+"""Versions for the table of a bench: zerorate, Python, NumPy, and the peers."""
 
 import importlib.metadata
 import platform
@@ -21,6 +21,6 @@ def _version_of(peer):
 
 
 def print_versions(*peers):
-    """Print one line of versions above the tables of a bench."""
+    """Print a line with the versions above the tables of a bench."""
     names = ", ".join(map(_version_of, ("numpy", *peers)))
     print(f"zerorate {zr.__version__}, Python {platform.python_version()}, {names}")

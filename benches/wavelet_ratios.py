@@ -1,8 +1,8 @@
-"""Wavelet denoising timed beside PyWavelets, in one run: ``python benches/wavelet_ratios.py``.
+"""Wavelet denoising compared with PyWavelets, in one run: ``python benches/wavelet_ratios.py``.
 
-Each row is the least of several rounds; every round times every row once, so a disturbance of a
-shared machine meets all alike. PyWavelets has no stream: the row of its block does what a user of
-it does instead, the last 64 samples anew for each block of 32.
+Each row is the minimum of several rounds. Every round times every row once, so that a disturbance
+of the machine affects all rows equally. PyWavelets cannot process streams. Its row for a block
+therefore transforms the last 64 samples again for each block of 32.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ def visushrink(wavelet, level):
 
 
 def check(z):
-    """Both are right before they are timed."""
+    """Check that both implementations are right before they are timed."""
     np.testing.assert_allclose(zr.denoise(z, "db4", 5).signal, visushrink("db4", 5)(z), atol=1e-11)
 
 
@@ -41,7 +41,7 @@ def live(wavelet, level):
 
 
 def blocks(wavelet, level):
-    """Seconds a call of 32 samples."""
+    """Return the time of a call with 32 samples, s."""
     denoiser, out = live(wavelet, level), np.empty(BLOCK)
 
     def run(z):

@@ -1,4 +1,4 @@
-"""The figures of the guide to Allan deviations, all of simulated signals.
+"""Figures of the guide to Allan deviations, from simulated signals.
 
 python examples/allan_figures.py
 """
@@ -31,14 +31,14 @@ WALKING = replace(ALL_TERMS, quantization=0.0, rate_ramp=0.0)
 
 
 def terms() -> None:
-    """Draw the five terms, and where each is read."""
+    """Draw the five terms, with the averaging time at which each is read."""
     signal, _ = zr.simulate(ALL_TERMS, RATE, 10 * HOUR, seed=1)
     result = zr.allan(signal, RATE, unit="rad/s", names="a simulated gyro, and the true model")
     save(plot_allan(result, ALL_TERMS), "allan_terms")
 
 
 def identifiable() -> None:
-    """Draw ten minutes and three hours of one gyro: the walk hides in the short record."""
+    """Draw ten minutes and three hours of one gyro; only the long record shows the random walk."""
     signal, _ = zr.simulate(WALKING, RATE, 3 * HOUR, seed=4)
     short = signal[: int(600 * RATE)]
     results = [
@@ -50,7 +50,7 @@ def identifiable() -> None:
 
 
 def warm_up() -> None:
-    """Draw a gyro whose bias settles and whose noise falls in the first half hour."""
+    """Draw a gyro with a settling bias and decreasing noise in the first half hour."""
     signal, _ = zr.simulate(zr.simulation.device("MPU-6050"), RATE, 2 * HOUR, seed=1)
     t = np.arange(signal.size) / RATE
     settling = convert(1.0, "deg/s", "rad/s") * np.exp(-t / 600.0)
@@ -67,7 +67,7 @@ def warm_up() -> None:
 
 
 def save(figure: "Figure", name: str) -> None:
-    """Write a figure into the folder of the documentation."""
+    """Write a figure to the folder of the documentation."""
     save_figure(figure, FOLDER / f"{name}.png")
     print(f"wrote docs/figures/{name}.png")
 

@@ -1,13 +1,16 @@
-"""What it brings to fuse the accelerometers of an array, and what limits it.
+"""Gain of fusing the accelerometers of an array, and its limits.
 
 ``python examples/array_accel_study.py FOLDER``, with the folder of the recordings, prints tables in
-Markdown. The array of eight IMUs on a board, 13 mm from its middle, is turned by hand at up to
-2,900 deg/s between rests in twenty poses. First, what is left between the sensors without lever
-arms, with those by the derivative of the rate, and as `zerorate.array.fuse_accelerometers` finds
-them; and by how much the fused acceleration changes when one of the eight is missing. Second, the
-noise at rest. Third, what the angular acceleration is like. Fourth, what is left after constant
-errors of each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate.
-Last, errors against the truth in simulated motion.
+Markdown. The array has eight IMUs on a board, 13 mm from its centre. It is rotated by hand at up to
+2,900 deg/s between rests in twenty poses. The tables are:
+
+1. difference between the sensors: without lever arms, with lever arms from the rate, and fused;
+   change by a missing sensor
+2. noise at rest
+3. angular acceleration from the rate, from the accelerometers, and from both
+4. difference between the sensors after a fit of constant errors of each sensor
+5. faults of one sensor, and fast motion without the rate
+6. errors relative to the truth in simulated motion
 """
 
 import sys
@@ -31,30 +34,30 @@ SIDE, HALF = 9.45e-3, 1e-3
 CORNERS = ((-SIDE, SIDE), (-SIDE, -SIDE), (SIDE, SIDE), (SIDE, -SIDE))
 POSITIONS = np.array([(x, y, z) for x, y in CORNERS for z in (HALF, -HALF)])
 END_OF_RANGE = 1997.9
-"""deg/s: 32767 / 16.4 is 1997.99, just below 1998."""
+"""End of the range, deg/s: 32767 / 16.4 is 1997.99, and this limit is just below it."""
 AWAY = 40
-"""Samples at the ends of a rest that are left out."""
+"""Number of samples that are left out at both ends of a rest."""
 
 
 def rms(values: Floats) -> float:
-    """Return the root mean square of what is there."""
+    """Return the root mean square of the values that are not NaN."""
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
 def spread(force: Floats) -> float:
-    """Return the RMS difference of the sensors (n, N, 3) from their mean."""
+    """Return the RMS difference between the sensors (n, N, 3) and their mean."""
     return rms(force - force.mean(axis=1, keepdims=True))
 
 
 def by_rate(omega: Floats, rate: float) -> Floats:
-    """Return what sensors feel for their lever arms, by the rate and its derivative."""
+    """Return the lever-arm accelerations from the rate and its derivative."""
     change = np.gradient(omega, 1.0 / rate, axis=0)[:, np.newaxis]
     turn = omega[:, np.newaxis]
     return np.cross(change, POSITIONS) + np.cross(turn, np.cross(turn, POSITIONS))
 
 
 class Board:
-    """The array: rate of the body in rad/s, forces in m/s^2 raw and calibrated, its rests."""
+    """The array: rate of the body, rad/s, raw and calibrated forces, m/s^2, and rests."""
 
     def __init__(self, folder: Path) -> None:
         recording = zr.read_recording(folder / MIMU, only=["gyro", "accel"])
@@ -65,7 +68,7 @@ class Board:
         ).trace(log.data)
         self.omega = np.radians(trace["rate"])
         rest = trace["at_rest"].all(axis=1)
-        # Beside a missing rate there is no derivative.
+        # The derivative is unknown next to a missing rate.
         known = np.isfinite(np.gradient(self.omega, axis=0) + self.omega).all(axis=1)
         self.moving: Booleans = ~rest & known
         self.moving[:5] = self.moving[-5:] = False
@@ -90,12 +93,12 @@ class Board:
         return np.stack(found, axis=1)
 
     def fused(self, force: Floats, levers: bool) -> zr.array.FusedAccelerometers:
-        """Return the fused accelerometers, with lever arms or without."""
+        """Return the fused accelerometers, with or without lever arms."""
         places = POSITIONS if levers else None
         return zr.array.fuse_accelerometers(force, self.omega, self.rate, positions=places)
 
     def felt(self, fused: zr.array.FusedAccelerometers) -> Floats:
-        """Return what sensors feel for their lever arms, as found."""
+        """Return the lever-arm accelerations found by the fusion."""
         assert fused.angular_acceleration is not None
         turn = self.omega[:, np.newaxis]
         outward = np.cross(turn, np.cross(turn, POSITIONS))
@@ -103,7 +106,7 @@ class Board:
 
 
 def without_one(board: Board, force: Floats, levers: bool) -> float:
-    """Return the RMS change in motion when one sensor is missing, over all eight."""
+    """Return the RMS change in motion if one sensor is missing, over all eight sensors."""
     whole, changes = board.fused(force, levers).accel, []
     for k in range(8):
         rest = force.copy()
@@ -113,7 +116,7 @@ def without_one(board: Board, force: Floats, levers: bool) -> float:
 
 
 def without_one_by_rate(board: Board, force: Floats) -> float:
-    """Return the same for the mean of what the derivative of the rate leaves."""
+    """Return the same change for the mean force after the rate's lever-arm accelerations."""
     force = force - by_rate(board.omega, board.rate)
     whole = force.mean(axis=1)
     others = [np.delete(force, k, axis=1).mean(axis=1) - whole for k in range(8)]
@@ -193,20 +196,20 @@ def turning(board: Board) -> str:
 
 
 def by_rate_alone(omega: Floats) -> Floats:
-    """Return what sensors feel for turning, without its change."""
+    """Return the centripetal accelerations, from the rate without its derivative."""
     turn = omega[:, np.newaxis]
     return np.cross(turn, np.cross(turn, POSITIONS))
 
 
 def least_squares(force: Floats) -> Floats:
-    """Return the angular acceleration by accelerometers alone."""
+    """Return the angular acceleration from the accelerometers alone."""
     moment = np.cross(POSITIONS, force - force.mean(axis=1, keepdims=True)).sum(axis=1)
     inertia = np.sum(POSITIONS**2) * np.eye(3) - POSITIONS.T @ POSITIONS
     return moment @ np.linalg.inv(inertia)
 
 
 def limits(board: Board) -> str:
-    """Return the fourth table: RMS left in motion after ever more errors are fitted."""
+    """Return the fourth table: RMS in motion after fits of more and more errors."""
     fused = board.fused(board.calibrated, levers=True)
     left = board.calibrated - board.felt(fused) - fused.accel[:, np.newaxis]
     w, accel = board.omega, fused.accel
@@ -256,7 +259,7 @@ FAULTS: dict[str, Callable[[Floats], object]] = {
 
 
 def faults(board: Board) -> str:
-    """Return the fifth table: by how much a fault of the third sensor changes what is fused."""
+    """Return the fifth table: change of the fused acceleration by a fault of the third sensor."""
     rows = []
     for name, put in FAULTS.items():
         cells: list[str] = []
@@ -277,7 +280,7 @@ def faults(board: Board) -> str:
 
 
 def without_rate(board: Board) -> str:
-    """Return what is lost with the rate above 700 deg/s, with seven sensors."""
+    """Return the errors without the rate above 700 deg/s, with seven sensors."""
     fast = board.moving & (np.linalg.norm(board.omega, axis=1) > np.radians(700.0))
     lost, force = board.omega.copy(), board.calibrated.copy()
     whole = board.fused(force, levers=True).accel
@@ -295,9 +298,9 @@ def without_rate(board: Board) -> str:
 
 
 def simulated(rate: float, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
-    """Return the rate (n, 3), forces at the sensors (n, 8, 3) and at the origin.
+    """Return the rate (n, 3), the forces at the sensors (n, 8, 3), and the force at the origin.
 
-    Sums of sines from 0.3 to 5 Hz, 400 deg/s RMS an axis, and rest before.
+    The rate is a sum of sines from 0.3 to 5 Hz with 400 deg/s RMS per axis. It starts with a rest.
     """
     time = np.arange(round(40.0 * rate)) / rate
     f, phase = rng.uniform(0.3, 5.0, (12, 3)), rng.uniform(0.0, 7.0, (12, 3))
@@ -330,7 +333,7 @@ def truth(seeds: int = 4) -> str:
 
 
 def errors(rate: float, sizes: tuple[float, float, float], seed: int) -> list[float]:
-    """Return the errors of one sensor and of the fused ones, whole, with one missing or wrong."""
+    """Return the errors of one sensor and of the fusion: complete, one missing, one wrong."""
     rng = np.random.default_rng(seed)
     omega, force, origin = simulated(rate, rng)
     scale, twist, offset = sizes

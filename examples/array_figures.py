@@ -1,10 +1,11 @@
-"""The figures of `docs/explanation/arrays.md`, and what happens with eight gyros of which two fail.
+"""Figures of `docs/explanation/arrays.md`, and the errors of eight gyros with two faults.
 
-``python examples/array_figures.py [FOLDER]`` simulates eight gyros of a hand that rests and moves,
-at 100 Hz: scale errors of 1 %, noise that differs up to fourfold; the third swaps the sign of x at
-150 s, the sixth is stuck from 200 s to 230 s. It draws ``array.png`` as ``zerorate replay --array``
-does, and prints the RMS errors of the array, the median, the plain mean and one sensor; default
-folder ``docs/figures``.
+``python examples/array_figures.py [FOLDER]`` simulates eight gyros on a hand that rests and moves,
+at 100 Hz. Their scale errors are 1 %, and their noise differs by up to a factor of four. The third
+gyro changes the sign of x at 150 s. The sixth gyro is stuck from 200 s to 230 s.
+
+The program draws ``array.png`` like ``zerorate replay --array``. It prints the RMS errors of the
+array, the median, the plain mean and one sensor. The default folder is ``docs/figures``.
 """
 
 import sys
@@ -20,7 +21,7 @@ from zerorate.tasks.array import replay_array
 RATE, DURATION, SENSORS = 100.0, 300.0, 8
 NOISE, BIAS, SCALE = 0.1, 1.0, 0.01
 PERIOD = 40.0
-"""Of rest and motion, half of it each, s."""
+"""Duration of a rest with the following motion, s; each is half of it."""
 SIGN, SIGN_AT = 2, 150.0
 STUCK, STUCK_AT = 5, (200.0, 230.0)
 
@@ -33,7 +34,7 @@ def truth(seed):
 
 
 def array_of(rates, seed):
-    """Return the log of the gyros before any fault."""
+    """Return the log of the gyros without faults."""
     rng = np.random.default_rng(seed)
     shape = (SENSORS, 3)
     scale = 1.0 + SCALE * rng.standard_normal(shape)
@@ -54,12 +55,12 @@ def with_faults(log):
 
 
 def rms(error):
-    """Return the root of the mean square of what is there."""
+    """Return the root mean square of the values that are not NaN."""
     return float(np.sqrt(np.nanmean(error**2)))
 
 
 def errors_of(log, rates, found):
-    """Return RMS errors of four ways, at rest and in motion, each with its mean at rest as bias."""
+    """Return the RMS errors of four estimates, each minus its bias at rest."""
     sound = log.time > 20.0
     rest = sound & (rates == 0.0).all(axis=1)
     ways = {
@@ -75,7 +76,7 @@ def errors_of(log, rates, found):
 
 
 def main(folder):
-    """Draw the figure, print the table."""
+    """Draw the figure and print the table."""
     rates = truth(2)
     clean = array_of(rates, 1)
     rows = {}

@@ -1,13 +1,15 @@
-"""What an array gains on the recording of eight IMUs, and what a fault of one costs.
+"""Gain of an array on the recording of eight IMUs, and the effect of a fault of one.
 
 ``python examples/array_recording.py RECORDING`` (``mimu4444_array8_62hz_exp1.parquet``) prints
-three tables in Markdown. The gyros of even number are mounted upside down, with x and y exchanged.
+three tables in Markdown. The gyros with even numbers are mounted upside down, with x and y
+exchanged.
 
-First, noise at rest, from the fourth rest on: the RMS over the axes for the fused rate, the plain
-mean and one sensor, as Allan deviations, and as the angle lost in 10 s with all biases held.
-Second, faults of the third gyro, from 200 s on (stuck and at full scale: for 60 s): the RMS change
-of the rate in motion and at rest, against that of the median of all and of their plain mean.
-Third, the published filter of two stages.
+1. Noise at rest, from the fourth rest. The rows compare the fused rate, the plain mean and one
+   sensor. Values are Allan deviations (RMS over the axes), and the angle error after 10 s with all
+   biases held.
+2. Faults of the third gyro from 200 s; stuck and full-scale faults last 60 s. Values are the RMS
+   changes of the rate in motion and at rest. The rows are the array, the median and the plain mean.
+3. The published filter with two stages.
 """
 
 import sys
@@ -36,19 +38,19 @@ def read(path: str) -> tuple[Floats, float, Floats]:
 
 
 def runs(flags: Booleans, least: int) -> list[slice]:
-    """Return where flags are set for so many samples at least."""
+    """Return the runs of set flags with at least `least` samples."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
     pairs = zip(edges[::2], edges[1::2], strict=True)
     return [slice(a, b) for a, b in pairs if b - a >= least]
 
 
 def inner(rest: slice, rate: float) -> slice:
-    """Return a rest without the two seconds in which it is noticed, and those before motion."""
+    """Return a rest without its first two seconds and its end."""
     return slice(rest.start + round(2.0 * rate), rest.stop - round(2.0 * rate))
 
 
 def certain(flags: Booleans, rate: float) -> Booleans:
-    """Return where the body rests for certain."""
+    """Return the mask of certain rest."""
     sure = np.zeros_like(flags)
     for rest in runs(flags, round(5.0 * rate)):
         sure[inner(rest, rate)] = True
@@ -56,19 +58,19 @@ def certain(flags: Booleans, rate: float) -> Booleans:
 
 
 def rms(values: Floats) -> float:
-    """Return the root of the mean square of what is there."""
+    """Return the root mean square of the values that are not NaN."""
     return float(np.sqrt(np.nanmean(values**2)))
 
 
 def differences(x: Floats, m: int) -> Floats:
-    """Return the differences of successive means of m samples, overlapping."""
+    """Return the differences between successive means of m samples, with overlap."""
     sums = np.concatenate((np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)))
     means: Floats = (sums[m:] - sums[:-m]) / m
     return (means[m:] - means[:-m]) / np.sqrt(2.0)
 
 
 def settled_rests(trace: dict[str, Floats], rate: float) -> list[slice]:
-    """Return the rests from the fourth on, without their ends."""
+    """Return the rests from the fourth, without their ends."""
     rests = runs(trace["at_rest"].all(axis=1), round(15.0 * rate))
     return [inner(r, rate) for r in rests[FOURTH:]]
 
@@ -76,7 +78,7 @@ def settled_rests(trace: dict[str, Floats], rate: float) -> list[slice]:
 def deviations(
     trace: dict[str, Floats], turned: Floats, rate: float, settled: list[slice], tau: float
 ) -> list[float]:
-    """Return Allan deviations at rest of the fused rate, the mean and one sensor."""
+    """Return the Allan deviations at rest of the fused rate, the mean and one sensor."""
     m = round(tau * rate)
     long = [r for r in settled if r.stop - r.start > 2 * m]
     return [
@@ -98,7 +100,7 @@ def noise(trace: dict[str, Floats], turned: Floats, rate: float) -> list[list[st
 def coasted(
     trace: dict[str, Floats], turned: Floats, rate: float, settled: list[slice]
 ) -> list[float]:
-    """Return the angle lost by the fused rate, the mean and one sensor, all held."""
+    """Return the angle errors of the fused rate, the mean and one sensor, with biases held."""
     m = round(HORIZON * rate)
     lost: list[list[Floats]] = [[], [], []]
     for rest in settled:
@@ -111,7 +113,7 @@ def coasted(
 
 
 def row(name: str, three: list[float]) -> list[str]:
-    """Return a row: the fused one, and by how much it is better than the mean and than one."""
+    """Return a row: value of the fusion, and its ratios to the mean and to one sensor."""
     fused, mean, one = three
     return [name, f"{fused:.4f}", f"{mean:.4f}", f"{one:.4f}", *_over(fused, mean, one)]
 
@@ -121,14 +123,14 @@ def _over(fused: float, *others: float) -> list[str]:
 
 
 def held(z: Floats, value: Floats | float, rate: float) -> Floats:
-    """Return samples that are the same for a while."""
+    """Return samples with a constant value for a while."""
     z = z.copy()
     z[: round(LASTS * rate)] = value
     return z
 
 
 def faults(rate: float) -> dict[str, Callable[[Floats], Floats]]:
-    """Return what may happen to the samples (n, 3) of one gyro."""
+    """Return possible faults of the samples (n, 3) of a gyro."""
     rng = np.random.default_rng(1)
     return {
         "stuck for 60 s": lambda z: held(z, z[0], rate),
@@ -142,12 +144,12 @@ def faults(rate: float) -> dict[str, Callable[[Floats], Floats]]:
 
 
 class Study:
-    """The recording, and what the array makes of it."""
+    """The recording with the results of the array."""
 
     def __init__(self, path: str) -> None:
         self.z, self.rate, self.rotations = read(path)
         self.clean = self.fused(self.z)
-        # Biases in the axes of the body, too.
+        # The biases are in the axes of the body, too.
         self.clean["bias"] = self.turned(self.clean["bias"])
         self.begin = round(BEGIN * self.rate)
         later = np.arange(len(self.z)) >= self.begin
@@ -155,7 +157,7 @@ class Study:
         self.rest, self.moving = later & certain(at_rest, self.rate), later & ~at_rest
 
     def fused(self, samples: Floats) -> dict[str, Floats]:
-        """Return what the array makes of samples, and what it knew then."""
+        """Return the fused samples, and the state of the filter."""
         return zr.GyroArray(self.rate, rotations=self.rotations, limit=LIMIT).trace(samples)
 
     def turned(self, samples: Floats) -> Floats:
@@ -168,7 +170,7 @@ class Study:
         return f"{rms(change[self.moving]):.3f} / {rms(change[self.rest]):.3f}"
 
     def gain(self, tau: float) -> float:
-        """Return one sensor's Allan deviation over the array's, at rest."""
+        """Return one sensor's Allan deviation at rest, divided by the array's."""
         rests = settled_rests(self.clean, self.rate)
         fused, _, one = deviations(self.clean, self.turned(self.z), self.rate, rests, tau)
         return one / fused

@@ -1,15 +1,14 @@
-"""When the correlation of drifts pays in an array of gyros, by simulation.
+"""Gain from correlated drifts in an array of gyros, by simulation.
 
-``python examples/array_study.py [SEEDS]`` prints three tables in Markdown. Gyros drift as random
-walks with known covariances, and have white noise that is as strong as the drift at a known
-averaging time. A gain is the drift of the plain mean over that of the weighted one by the true
-covariance; a cell is the median over the seeds.
+``python examples/array_study.py [SEEDS]`` prints three tables in Markdown. The drifts are random
+walks with known covariances. The white noise equals the drift at a known averaging time. A gain is
+the drift of the plain mean divided by the drift of the weighted mean, by the true covariance. A
+cell is the median over the seeds.
 
-First, what correlation brings: all of the estimated covariance, its diagonal, and the truth.
-Second, the gain that `virtual_gyro` reports with its standard error, and how far from the true one
-of its weights that is, in standard errors (root mean square over seeds). Third, two rules of how
-far the covariance is moved to its diagonal: by the length of the record, and by the degrees of
-freedom that the record has for drift.
+1. Gain from the whole estimated covariance, from its diagonal, and from the true covariance.
+2. Gain reported by `virtual_gyro` with its standard error, and its RMS error in standard errors.
+3. Two rules for the shrinkage of the covariance: by the length of the record, and by its degrees of
+   freedom for drift.
 """
 
 import sys
@@ -31,22 +30,22 @@ from zerorate.types import Floats
 RATE = 1.0
 HOURS = {"10 min": 1.0 / 6.0, "1 h": 1.0, "4 h": 4.0, "16 h": 16.0}
 CROSSING = 60.0
-"""Averaging time at which drift is as strong as white noise, s."""
+"""Averaging time at which the drift equals the white noise, s."""
 CROSSINGS = (10.0, 60.0, 200.0)
 SPREAD = 0.5
-"""Of the logarithm of the gyros' drifts."""
+"""Standard deviation of the logarithm of the gyros' drifts."""
 
 Draw = Callable[[np.random.Generator, int], Floats]
 
 
 def alike(rng: np.random.Generator, n: int) -> Floats:
-    """Return the covariance of drifts of which any two correlate by a half."""
+    """Return the covariance of drifts with a correlation of a half between all pairs."""
     sizes = np.exp(SPREAD * rng.standard_normal(n))
     return (0.5 + 0.5 * np.eye(n)) * np.outer(sizes, sizes)
 
 
 def random(rng: np.random.Generator, n: int) -> Floats:
-    """Return the covariance of drifts that are random mixtures of one source more than gyros."""
+    """Return the covariance of random mixtures of n + 1 sources."""
     sources = rng.standard_normal((n, n + 1))
     sizes = np.exp(SPREAD * rng.standard_normal(n)) / np.linalg.norm(sources, axis=1)
     mixed = sources * sizes[:, np.newaxis]
@@ -54,7 +53,7 @@ def random(rng: np.random.Generator, n: int) -> Floats:
 
 
 def alone(rng: np.random.Generator, n: int) -> Floats:
-    """Return the covariance of drifts that have nothing in common."""
+    """Return the covariance of independent drifts."""
     return np.diag(np.exp(2.0 * SPREAD * rng.standard_normal(n)))
 
 
@@ -67,21 +66,21 @@ ARRAYS: dict[str, tuple[Draw, int]] = {
 
 
 def record(rng: np.random.Generator, drift: Floats, hours: float, crossing: float) -> Floats:
-    """Return samples of gyros whose walks have this covariance."""
+    """Return samples of gyros with this covariance of their random walks."""
     n = round(3600.0 * hours * RATE)
     steps = rng.standard_normal((n, len(drift))) @ np.linalg.cholesky(drift).T
-    # R/tau = Q tau/3 at the crossing, for a gyro of median drift 1.
+    # At the crossing R/tau = Q tau/3, for a gyro with the median drift of 1.
     white = crossing / np.sqrt(3.0) * np.sqrt(RATE)
     return np.cumsum(steps, axis=0) / np.sqrt(RATE) + white * rng.standard_normal(steps.shape)
 
 
 def gain(weights: Floats, covariance: Floats) -> float:
-    """Return the deviation of the mean over that of the weighted mean."""
+    """Return the deviation of the mean divided by the deviation of the weighted mean."""
     return float(np.sqrt(covariance.mean() / (weights @ covariance @ weights)))
 
 
 def runs(name: str, hours: float, crossing: float, seeds: int) -> Iterator[tuple[Floats, Floats]]:
-    """Yield the true drift and a record of every seed."""
+    """Yield the true drift and a record for every seed."""
     draw, n = ARRAYS[name]
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
@@ -90,7 +89,7 @@ def runs(name: str, hours: float, crossing: float, seeds: int) -> Iterator[tuple
 
 
 def gains(drift: Floats, z: Floats) -> dict[str, float]:
-    """Return the gains in drift by what is made of the record's covariances."""
+    """Return the gains in drift from the covariances of a record."""
     r = zr.array.allan_covariance(z, RATE)
     curves = (r.tau, r.matrix, r.edf)
     noise, n = fit_noise(*curves), len(drift)
@@ -106,13 +105,13 @@ def gains(drift: Floats, z: Floats) -> dict[str, float]:
 
 
 def least(covariance: Floats) -> Floats:
-    """Return the weights of least variance."""
+    """Return the weights with the smallest variance."""
     weights = np.linalg.solve(shrink_covariance(covariance, 0.0), np.ones(len(covariance)))
     return weights / weights.sum()
 
 
 def median(name: str, hours: float, crossing: float, seeds: int) -> dict[str, float]:
-    """Return the gains of an array, medians over the seeds."""
+    """Return the gains of an array as medians over the seeds."""
     all_of_them = [gains(*run) for run in runs(name, hours, crossing, seeds)]
     return {rule: float(np.median([g[rule] for g in all_of_them])) for rule in all_of_them[0]}
 
@@ -129,7 +128,7 @@ def pays(seeds: int) -> str:
 
 
 def reported(name: str, horizon: float, seeds: int) -> tuple[str, ...]:
-    """Return a row of the second table: records of twice the least length."""
+    """Return a row of the second table, for records of twice the minimum length."""
     hours = ARRAYS[name][1] / 2.0
     told, true, errors = [], [], []
     for drift, z in runs(name, hours, CROSSING, seeds):

@@ -1,9 +1,8 @@
-"""A live loop with asyncio: ``python examples/asyncio_stream.py [--seconds 2] [--rate 200]``.
+"""Live loop with asyncio: ``python examples/asyncio_stream.py [--seconds 2] [--rate 200]``.
 
-A gyro sends one line per sample over a local connection; the server answers each with the
-compensated rate before it reads the next. Meanwhile one task prints the bias and its standard
-deviation from time to time, and another saves the filter outside the loop, so that no answer waits
-for the disk.
+A gyro sends one line per sample over a local connection. The server answers each line with the
+compensated rate before it reads the next line. Meanwhile a task prints the bias and its standard
+deviation. Another task saves the filter outside the loop, so that no answer waits for the disk.
 """
 
 import argparse
@@ -23,21 +22,21 @@ NOISE = 0.05
 
 @dataclass
 class Compensator:
-    """Answers the samples of a connection; all of it runs on the loop, so nothing is locked."""
+    """Server that answers the samples of a connection; it runs on the loop and needs no locks."""
 
     gyro: zr.DriftFilter
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Answer one connection until it is closed."""
+        """Answer a connection until it is closed."""
         async for line in reader:
             rate = self.gyro.update(np.fromstring(line.decode(), sep=","))
             writer.write((",".join(f"{r:.6f}" for r in rate) + "\n").encode())
-            # Waits only if the other side does not read.
+            # This waits only if the other side does not read.
             await writer.drain()
         writer.close()
 
     async def tell(self, every: float) -> None:
-        """Print the state of the filter now and then."""
+        """Print the state of the filter from time to time."""
         while True:
             await asyncio.sleep(every)
             bias = " ".join(f"{b:+.3f}" for b in self.gyro.bias)
@@ -45,20 +44,20 @@ class Compensator:
             print(f"{self.gyro.samples_seen:6d} samples, bias {bias}, sigma {sigma}")
 
     async def save(self, path: Path, every: float) -> None:
-        """Write checkpoints; the bytes are made here, between two samples."""
+        """Write checkpoints; their bytes are created between two samples."""
         while True:
             await asyncio.sleep(every)
             await asyncio.to_thread(write, path, self.gyro.to_bytes())
 
 
 def write(path: Path, raw: bytes) -> None:
-    """Write a file as a whole, or leave the old one."""
+    """Write a complete file, or keep the old file."""
     with atomic_path(path, force=True) as temporary:
         temporary.write_bytes(raw)
 
 
 async def sensor(port: int, seconds: float, rate: float) -> float:
-    """Send simulated samples on time; return the mean of the answers to the last half."""
+    """Send simulated samples in real time; return the mean of the second half of the answers."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     loop = asyncio.get_running_loop()
     begin, answers = loop.time(), []
@@ -73,7 +72,7 @@ async def sensor(port: int, seconds: float, rate: float) -> float:
 
 
 async def live(seconds: float, rate: float, checkpoint: Path) -> None:
-    """Run server, sensor and the tasks beside them until the sensor has ended."""
+    """Run the server, the sensor and the tasks until the sensor ends."""
     gyro = zr.DriftFilter(rate, method="auto", output="compensated", channels=3)
     compensator = Compensator(gyro)
     server = await asyncio.start_server(compensator.serve, "127.0.0.1", 0)

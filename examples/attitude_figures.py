@@ -1,7 +1,8 @@
-"""The figure of `docs/how-to/attitude.md`: what learning the scale and leaving out a magnet gain.
+"""Figures of `docs/how-to/attitude.md`: gain from learning the scale and ignoring a magnet.
 
-``python examples/attitude_figures.py [FOLDER]`` draws ``attitude_study.png`` and, of a simulated
-recording as ``zerorate attitude`` draws it, ``attitude.png``; default folder ``docs/figures``.
+``python examples/attitude_figures.py [FOLDER]`` draws ``attitude_study.png``. It also draws
+``attitude.png`` from a simulated recording, like ``zerorate attitude``. The default folder is
+``docs/figures``.
 """
 
 import sys
@@ -14,7 +15,7 @@ from attitude_panels import plot_attitude_study
 from zerorate.show import save_figure
 
 RATE, DURATION = 100.0, 120.0
-# Without scale and misalignment among their states; the Mahony filter integrates its bias.
+# These methods have no states for scale and misalignment; Mahony's filter integrates its bias.
 OTHERS = ("ekf", "mahony")
 SCALES = np.array([-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03])
 SEEDS = (2, 3, 4)
@@ -22,7 +23,7 @@ MAGNET = [[60.0, 80.0]]
 
 
 def motion(seed, scale=None, magnet=()):
-    """Return a motion of a hand, with a gyro whose three axes all show too much."""
+    """Return the motion of a hand with a gyro that reads too much on all axes."""
     errors = None
     if scale is not None:
         errors = zr.simulation.MotionErrors(gyro_matrix=np.eye(3) / (1.0 + scale))
@@ -35,7 +36,7 @@ def six_axes(moved, method="auto"):
 
 
 def mean_error(method, scale):
-    """Return the error of heading over several motions, RMS."""
+    """Return the RMS heading error over several motions."""
     found = [six_axes(motion(seed, scale), method).errors().heading for seed in SEEDS]
     return np.sqrt(np.mean(np.square(found)))
 

@@ -1,8 +1,7 @@
-"""Errors of every method of attitude on one recording of BROAD and on simulated motions.
+"""Errors of all attitude methods on a recording of BROAD and on simulated motions.
 
-Run with the recording ``broad_05_undisturbed_slow_rotation_with_breaks_B.parquet`` as argument, or
-without one for the simulated motions alone. Numbers are RMS in degrees: total, heading,
-inclination.
+The argument is the recording ``broad_05_undisturbed_slow_rotation_with_breaks_B.parquet``. Without
+it only the simulated motions run. Numbers are RMS in degrees: total, heading, inclination.
 """
 
 import sys
@@ -14,7 +13,7 @@ from zerorate.attitude.options import ATTITUDE_METHODS
 
 KINDS = ("hand", "pendulum", "arm", "vehicle")
 SEEDS = range(6)
-# Deviations from the defaults that people try.
+# Settings other than the defaults that users try.
 TRIED = {
     "complementary": [{"time_constant": tau} for tau in (0.5, 2.0, 5.0)],
     "mahony": [{"kp": 1.0, "ki": 0.3}, {"kp": 1.0, "ki": 0.0}, {"kp": 0.2, "ki": 0.01}],
@@ -25,7 +24,7 @@ TRIED = {
 
 
 def errors(method, rate, sensors, truth, scored, **constants):
-    """Of nine axes, then heading and inclination of six."""
+    """Return errors with nine axes, then heading and inclination errors with six axes."""
     gyro, accel, mag = sensors
     nine = zr.Attitude(rate, method=method, **constants).process(gyro, accel, mag)
     six = zr.Attitude(rate, method=method, mag=False, **constants).process(gyro, accel)
@@ -35,7 +34,7 @@ def errors(method, rate, sensors, truth, scored, **constants):
 
 
 def broad(path):
-    """Rate, sensors, truth and what is scored of a trial of BROAD."""
+    """Return rate, sensors, truth and mask of a trial of BROAD."""
     import pandas as pd
 
     table = pd.read_parquet(path)
@@ -65,7 +64,7 @@ def on_trial(path):
 
 
 def on_motions():
-    """Print those on simulated motions."""
+    """Print the errors on simulated motions."""
     print(f"\n{'simulated, median of six, inclination':44}" + " ".join(f"{k:>9}" for k in KINDS))
     for method in ATTITUDE_METHODS:
         row = []

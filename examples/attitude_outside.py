@@ -1,10 +1,11 @@
-"""How true the attitude is outside the laboratory, compared with vqf.
+"""Attitude errors outside the laboratory, compared with vqf.
 
-``python examples/attitude_outside.py [RECORDINGS]`` prints tables in Markdown: bends, rate tables,
-swerves, a car in a city, cars near iron, quadrotors, bodies that never rest or speed up, sensors
-that fail and, where the folder of recordings is given, BROAD 05 and 32 as they are and changed.
-Degrees, root mean squares, mean of the seeds; in brackets the share of errors within three of the
-filter's own standard deviations. vqf is left out where it is not installed.
+``python examples/attitude_outside.py [RECORDINGS]`` prints tables in Markdown. The simulated scenes
+include cars, rate tables, quadrotors, bodies that never rest, and failing sensors. With the folder
+of recordings, BROAD 05 and 32 are included, unchanged and changed.
+
+Values are RMS errors in degrees, as means over the seeds. In brackets is the share of errors within
+three standard deviations of the filter. vqf is left out if it is not installed.
 """
 
 import argparse
@@ -31,24 +32,24 @@ BROAD = {
     32: "broad_32_disturbed_attached_magnet_1cm",
 }
 KNOCK, SILENCE = 22073, 26929
-"""Rows of BROAD 05 in the midst of motion."""
+"""Rows of BROAD 05 during motion."""
 
 
 class Own:
     """`zerorate.Attitude`."""
 
     def run(self, scene, offline=False):
-        """Return orientations and deviations."""
+        """Return orientations and standard deviations."""
         filter_ = zr.Attitude(scene.rate, mag=scene.mag is not None)
         follow = filter_.smooth if offline else filter_.trace
         return follow(scene.gyro, scene.accel, scene.mag)
 
 
 class Theirs:
-    """vqf, which says no deviations."""
+    """vqf, which returns no standard deviations."""
 
     def run(self, scene, offline=False):
-        """Return orientations, None where a sample is missing: it takes none such."""
+        """Return orientations; None if a sample is missing, because vqf cannot process it."""
         sensors = (scene.gyro, scene.accel, scene.mag)
         gyro, accel, mag = (None if z is None else np.ascontiguousarray(z) for z in sensors)
         if not (np.isfinite(gyro).all() and np.isfinite(accel).all()):
@@ -62,12 +63,12 @@ class Theirs:
 
 
 def six(scene):
-    """Return it without its magnetometer."""
+    """Return a scene without its magnetometer."""
     return replace(scene, mag=None)
 
 
 def of_heading(method, scenes, relative=None, offline=False):
-    """Return a cell: error of the heading, and how well it is known."""
+    """Return a cell: heading error, and share within three standard deviations."""
     found, known = [], []
     for scene in scenes:
         trace = method.run(scene, offline)
@@ -82,7 +83,7 @@ def of_heading(method, scenes, relative=None, offline=False):
 
 
 def of_both(method, scenes, relative=None, offline=False):
-    """Return a cell: errors of inclination and heading, and how well the tilt is known."""
+    """Return a cell: inclination and heading errors, and share of tilt within three sigma."""
     found, known = [], []
     for scene in scenes:
         trace = method.run(scene, offline)
@@ -97,7 +98,7 @@ def of_both(method, scenes, relative=None, offline=False):
 
 
 def level_scenes():
-    """Yield name, scenes with a magnetometer, and whether six axes say something too."""
+    """Yield name, scenes with a magnetometer, and True if six axes are informative, too."""
     yield "bends of 3 deg/s", [outside.bends(3.0, k) for k in range(3)], True
     yield "bends of 1.5 deg/s", [outside.bends(1.5, k) for k in range(3)], True
     for name, rates in (("20, 60, 200", (20.0, 60.0, 200.0)), ("1, 2, 5, 8", (1.0, 2.0, 5.0, 8.0))):
@@ -127,7 +128,7 @@ def level_scenes():
 
 
 def drives():
-    """Yield name and scenes of cars near iron, as simulated motion has them."""
+    """Yield name and simulated scenes of cars near iron."""
     for iron in (0.0, 0.1, 0.25, 0.5):
         for cars in (False, True):
             for jump in (0.0, 1.0):
@@ -141,7 +142,7 @@ def drives():
 
 
 def recorded(folder, trial):
-    """Return a trial of BROAD, whose motion counts."""
+    """Return a trial of BROAD, scored in motion."""
     recording = zr.read_recording(folder / f"{BROAD[trial]}.parquet", 2000.0 / 7.0)
     gyro, accel, mag = (recording[name].data for name in ("gyro", "accel", "mag"))
     where = zr.read_log(
@@ -151,7 +152,7 @@ def recorded(folder, trial):
 
 
 def changes(scene):
-    """Yield what is changed in a recording, and the recording."""
+    """Yield the name of each change of a recording, and the changed recording."""
     yield "as it is", scene
     yield "knocked by 30 deg", outside.knocked(scene, KNOCK)
     yield "the gyro gives zeros for 3 s", outside.silenced(scene, SILENCE)
@@ -163,7 +164,7 @@ def changes(scene):
 
 
 def cropped(scene, bias, rest):
-    """Return a recording with so many seconds of rest before its first motion, and a bias."""
+    """Return a recording with `rest` seconds before its first motion, and with a bias."""
     first = np.flatnonzero(scene.where)[0]
     whole = outside.biased(scene, np.array([0.3, 0.5, 0.81]) * bias)
     return whole.cropped(max(first - round(rest * scene.rate), 0))
@@ -178,7 +179,7 @@ def under_way():
 
 
 def speeding_up():
-    """Yield name and scenes of bodies that speed up for seconds."""
+    """Yield name and scenes of bodies that speed up for some seconds."""
     for tilt, lift in ((20.0, 0.0), (35.0, 0.0), (20.0, 1.0), (35.0, 1.0)):
         name = f"drone, tilts to {tilt:g} deg" + (", climbs and falls" if lift else "")
         yield name, [faults.fast_drone(tilt, seed, lift=lift) for seed in range(6)]
@@ -191,7 +192,7 @@ def speeding_up():
 
 
 def failing():
-    """Yield name and scenes of sensors that fail, or of fields that do."""
+    """Yield name and scenes with failing sensors or disturbed fields."""
     hand = faults.hand(100.0, 60.0)
     yield "hand, as it is", [hand]
     spoilt = [faults.garbage(hand, 2000, v, axis) for v in (500.0, 2e3, 2e4) for axis in (0, 2)]
@@ -208,7 +209,7 @@ def failing():
 
 
 def printed(title, methods, rows):
-    """Print a table of cells by method."""
+    """Print a table with a column of cells for each method."""
     body = [(name, *(of(method) for method in methods.values())) for name, of in rows]
     print(table(title, ("", *methods), body, markdown=True), end="\n\n")
 

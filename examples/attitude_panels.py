@@ -1,4 +1,4 @@
-"""Panels that show what an attitude filter does: learning, a magnet, errors over the scale."""
+"""Panels on an attitude filter: learning, a magnet, and errors over the scale error."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_heading_errors", "draw_magnet", "draw_scale_errors", "plot_attitude_study"]
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _HEIGHT = 180.0, 116.0
 _PLACES: Final = {"left": 0.08, "right": 0.985, "top": 0.955, "bottom": 0.15}
 _COLOURS: Final = (BLUE, VERMILION, GREEN, BLACK)
 _MOST: Final = 4000
-"""Points of a curve: more than there are pixels."""
+"""Largest number of points of a curve; more exceed the pixels."""
 
 
 def draw_heading_errors(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
-    """Draw how the heading of estimates drifts from the reference of their recording, by name."""
+    """Draw the heading errors of estimates relative to their recording's reference, by name."""
     for (name, estimate), colour in zip(curves.items(), _COLOURS, strict=False):
         heading, _ = _errors(estimate)
         few = _few(estimate)
@@ -62,13 +62,13 @@ def draw_heading_errors(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> N
 
 
 def _make_room(axes: Axes) -> None:
-    """Leave room for a line of a legend below."""
+    """Leave room for a line of a legend at the bottom."""
     low, high = axes.get_ylim()
     axes.set_ylim(low - 0.12 * (high - low), high)
 
 
 def draw_magnet(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
-    """Draw errors of heading, and of inclination of the first, where that sees another field."""
+    """Draw heading errors, and inclination errors of the first curve, near a magnet."""
     first = next(iter(curves.values()))
     seconds = first.time - first.time[0]
     _shade(axes, seconds, first.disturbed, ROSE)
@@ -98,7 +98,7 @@ def _shade(axes: Axes, times: Floats, there: Booleans, colour: str) -> None:
 
 
 def draw_matrix(axes: Axes, estimate: AttitudeEstimate) -> None:
-    """Draw how scale and misalignment of the gyro are learned."""
+    """Draw the learned scale and misalignment of the gyro over time."""
     seconds = estimate.time - estimate.time[0]
     _shade(axes, seconds, estimate.at_rest, GREY)
     times = seconds[estimate.moments]
@@ -127,11 +127,11 @@ def draw_scale_errors(axes: Axes, scales: Floats, errors: Mapping[str, Floats]) 
     Parameters
     ----------
     axes : Axes
-        A panel.
+        Panel to draw into.
     scales : ndarray, shape (m,)
-        Scale errors, 0.01 is 1 %.
+        Scale errors; 0.01 is 1 %.
     errors : mapping of str to ndarray of shape (m,)
-        In rad.
+        Errors, rad.
     """
     for (name, values), colour in zip(errors.items(), _COLOURS, strict=False):
         axes.plot(
@@ -156,19 +156,20 @@ def plot_attitude_study(
     Parameters
     ----------
     drift : mapping of str to AttitudeEstimate
-        Of six axes and of one recording, whose gyro has a scale error; the first has learned it.
+        Estimates from six axes of one recording with a scale error. The first estimate has learned
+        it.
     magnet : mapping of str to AttitudeEstimate
-        Of nine axes; the first is shaded where it sees a disturbed field.
+        Estimates from nine axes. The first panel is shaded where its filter sees a disturbed field.
     matrix : ndarray, shape (3, 3)
         The true M of the first estimate of `drift`.
     scales, errors
-        As of `draw_scale_errors`.
+        As in `draw_scale_errors`.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Drift of the heading; the elements of M as they are learned, true ones dotted; what a
-        magnet does; and errors over the scale error.
+        Figure with the drift of the heading, the learned elements of M (true values dotted), the
+        effect of a magnet, and errors over the scale error.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     grid = figure.subplots(2, 2, gridspec_kw={**_PLACES, "wspace": 0.2, "hspace": 0.42})

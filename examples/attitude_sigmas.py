@@ -1,10 +1,13 @@
-"""Do the standard deviations of the attitude hold? Errors over them, on every platform.
+"""Attitude errors divided by their standard deviations, on every platform.
 
-``python examples/attitude_sigmas.py [RECORDINGS]`` prints a table in Markdown: root mean square of
-the tilt's error over its standard deviation, and of the heading's, with the deviation's own root
-mean square in degrees; 1 is exact, less is too wide. Motions of `zerorate.simulate_motion`, bodies
-outside the laboratory and, where the folder of recordings is given, hands (BROAD 05 and 32).
-Without a magnetometer the heading is against the start.
+``python examples/attitude_sigmas.py [RECORDINGS]`` prints a table in Markdown. It has the RMS of
+the tilt error over its standard deviation, and of the heading error over its standard deviation.
+Next to them is the RMS of the standard deviation in degrees. 1 is exact; below 1 the standard
+deviation is too large.
+
+The platforms are motions of `zerorate.simulate_motion`, bodies outside the laboratory and, with the
+folder of recordings, hands (BROAD 05 and 32). Without a magnetometer the heading is relative to the
+start.
 """
 
 import argparse
@@ -20,11 +23,11 @@ from tables import table
 
 KINDS = ("pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand")
 SETTLED_S = 15.0
-"""Seconds after which the start is over."""
+"""Time after which the start is over, s."""
 
 
 def simulated(kind, start, seeds):
-    """Return scenes of a simulated motion, nine axes."""
+    """Return scenes of a simulated motion with nine axes."""
     for seed in range(seeds):
         motion = zr.simulate_motion(kind, 100.0, 60.0, seed=seed, start=start)
         where = np.ones(len(motion.time), dtype=bool)
@@ -33,7 +36,7 @@ def simulated(kind, start, seeds):
 
 
 def scenarios(folder):
-    """Yield name, scenes with a magnetometer if they have one, and the first row that counts."""
+    """Yield name, scenes (with a magnetometer if available), and the first row to score."""
     for kind in KINDS:
         for start in ("rest", "motion"):
             yield f"{kind}, from {start}", list(simulated(kind, start, 8)), start == "rest"
@@ -54,7 +57,7 @@ def scenarios(folder):
 
 
 def ratios(scenes, *, six, offline=False):
-    """Return RMS of error over deviation of tilt and heading, and that of the deviations, deg."""
+    """Return the RMS ratios of tilt and heading, and the RMS standard deviations, deg."""
     found = []
     for given in scenes:
         scene = replace(given, mag=None) if six else given
@@ -74,7 +77,7 @@ def ratios(scenes, *, six, offline=False):
 
 
 def shown(tilt, heading, tilt_sigma, heading_sigma):
-    """Return cells of both ratios."""
+    """Return the cells of both ratios."""
     return f"{tilt:.2f} ({tilt_sigma:.2g})", f"{heading:.2f} ({heading_sigma:.2g})"
 
 

@@ -1,8 +1,8 @@
-"""How true the attitude is in simulated motions, and how true its standard deviations are.
+"""Attitude errors in simulated motions, and the validity of their standard deviations.
 
-``python examples/attitude_study.py [SEEDS]`` prints a table in Markdown: root mean square of the
-inclination error over the motion, mean of the seeds (12 by default), of `zerorate.Attitude` and,
-where it is installed, of vqf; and the share of errors within one standard deviation from 15 s on.
+``python examples/attitude_study.py [SEEDS]`` prints a table in Markdown. It has the RMS inclination
+error over the motion as mean over the seeds (default 12), for `zerorate.Attitude` and, if
+installed, vqf. It also has the share of errors within one standard deviation after 15 s.
 """
 
 import sys
@@ -16,7 +16,7 @@ from zerorate.geometry import rotations
 RATE, DURATION = 100.0, 60.0
 KINDS = ("pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand")
 LATE = slice(1500, None, 50)
-"""Samples whose deviations are judged: the start is over."""
+"""Samples at which standard deviations are checked, after the start."""
 
 try:
     from vqf import VQF
@@ -25,7 +25,7 @@ except ImportError:
 
 
 def inclination(quaternions, motion):
-    """Return the RMS angle between true and estimated up, deg."""
+    """Return the RMS angle between true and estimated vertical, deg."""
     return np.degrees(zr.metrics.orientation_errors(quaternions, motion.quaternion).inclination)
 
 
@@ -44,7 +44,7 @@ def covered(trace, motion):
 
 
 def one(kind, start, seed):
-    """Return the inclination errors, ours and theirs, and the shares."""
+    """Return the inclination errors of zerorate and vqf, and the shares."""
     motion = zr.simulate_motion(kind, RATE, DURATION, seed=seed, start=start)
     sensors = [np.ascontiguousarray(z) for z in (motion.gyro, motion.accel, motion.mag)]
     trace = zr.Attitude(RATE).trace(*sensors)

@@ -1,8 +1,8 @@
-"""How true the attitude is on a recording, as it is and changed on purpose.
+"""Attitude errors on a recording, unchanged and with changes.
 
-``python examples/attitude_tables.py RECORDING RATE`` prints a table in Markdown: errors in degrees,
-root mean squares in motion, of `zerorate.Attitude` and, where it is installed, of vqf. The
-recording has gyro, accelerometer, magnetometer and the true orientation in east, north, up.
+``python examples/attitude_tables.py RECORDING RATE`` prints a table in Markdown. Values are RMS
+errors in motion, in degrees, of `zerorate.Attitude` and, if installed, vqf. The recording has gyro,
+accelerometer, magnetometer and the true orientation to east, north, up.
 """
 
 import sys
@@ -16,7 +16,7 @@ from zerorate.tasks.compare.orientation import turning_speed
 from zerorate.tasks.compare.trial import Trial
 
 CROP = 35.0
-"""Seconds of a record that begins in motion."""
+"""Length of a record that starts in motion, s."""
 SEEDS = 5
 
 try:
@@ -26,20 +26,20 @@ except ImportError:
 
 
 def own(z, rate, dt):
-    """Return the orientations of nine and of six axes."""
+    """Return the orientations from nine axes and from six axes."""
     nine = zr.Attitude(rate).process(*z, dt)
     six = zr.Attitude(rate, mag=False).process(*z[:2], dt=dt)
     return nine, six
 
 
 def theirs(z, rate, dt):
-    """Return those of vqf, which takes no times."""
+    """Return the orientations of vqf, which does not use sample times."""
     found = VQF(1.0 / rate).updateBatch(*(np.ascontiguousarray(sensor) for sensor in z))
     return found["quat9D"], found["quat6D"]
 
 
 def errors(method, z, rate, truth, where, dt=None):
-    """Return total, heading, inclination of nine axes and heading of six, deg."""
+    """Return total, heading and inclination errors of nine axes, and heading of six axes, deg."""
     nine, six = method(z, rate, dt)
     of_nine = zr.metrics.orientation_errors(nine, truth, where=where)
     of_six = zr.metrics.orientation_errors(six, truth, where=where, heading="relative")
@@ -48,7 +48,7 @@ def errors(method, z, rate, truth, where, dt=None):
 
 
 def changed(gyro, accel, rate, random):
-    """Yield name, gyro, accelerometer."""
+    """Yield the name of a change, the changed gyro and the changed accelerometer."""
     askew = np.eye(3) + np.radians(0.5) * np.array([[0, 1, -1], [1, 0, 1], [-1, 1, 0]])
     walk = np.cumsum(random.standard_normal(gyro.shape), axis=0) / np.sqrt(rate)
     noise = random.standard_normal(gyro.shape)
@@ -67,7 +67,7 @@ def changed(gyro, accel, rate, random):
 
 
 def lost(z, truth, moving, rate, share):
-    """Yield kept samples of each seed, with the true steps of time."""
+    """Yield the kept samples for each seed, with the true time steps."""
     for seed in range(SEEDS):
         kept = np.random.default_rng(seed).random(len(truth)) >= share
         steps = np.diff(np.flatnonzero(kept), prepend=np.flatnonzero(kept)[0] - 1) / rate
@@ -75,7 +75,7 @@ def lost(z, truth, moving, rate, share):
 
 
 def crops(moving, rate):
-    """Yield records that begin in motion, two seconds after each other."""
+    """Yield records that start in motion, at intervals of two seconds."""
     length = round(CROP * rate)
     for first in range(0, len(moving) - length, round(2.0 * rate)):
         if moving[first : first + round(2.0 * rate)].all():
@@ -83,7 +83,7 @@ def crops(moving, rate):
 
 
 def rows(z, truth, moving, rate):
-    """Yield the name of what was changed, and a function of a method that returns its errors."""
+    """Yield the name of a change, and a function from a method to its errors."""
     for name, gyro, accel in changed(z[0], z[1], rate, np.random.default_rng(0)):
         sensors = (gyro, accel, z[2])
         yield name, lambda method, sensors=sensors: errors(method, sensors, rate, truth, moving)

@@ -1,4 +1,4 @@
-"""The tables and figures of the pages on calibration: simulated sessions, and the recordings.
+"""Tables and figures of the pages on calibration, from simulated sessions and recordings.
 
 python examples/calibration_study.py [FOLDER OF THE RECORDINGS]
 """
@@ -29,7 +29,7 @@ UNITS = range(1, 9)
 POSES = (9, 12, 20, 40)
 SEEDS = range(1, 41)
 LEARNED = 300.0
-"""Seconds of the array's record that its units are calibrated on, before the turns compared."""
+"""Part of the array's record that calibrates its units, s; later rotations are compared."""
 
 
 def main(recordings: Path = RECORDINGS) -> None:
@@ -47,7 +47,7 @@ def main(recordings: Path = RECORDINGS) -> None:
 
 
 def simulated() -> None:
-    """Print the errors of simulated sessions, and how often two sigmas hold them."""
+    """Print the errors of simulated sessions, and the share within two standard deviations."""
     rows = []
     for count in POSES:
         errors, scores, seconds, valid = [], [], [], 0
@@ -82,7 +82,7 @@ def _sigmas(found: zr.Calibration) -> Floats:
 
 
 def _kinds(error: Floats) -> list[float]:
-    """Return the RMS of scale and bias of the accelerometer, of scale and cross of the gyro."""
+    """Return the RMS of accelerometer scale and bias, and of gyro scale and misalignment."""
     diagonal = np.eye(3, dtype=bool).ravel()
     accel, gyro = error[ACCEL_MATRIX], error[GYRO_MATRIX]
     parts = (accel[diagonal], error[ACCEL_BIAS], gyro[diagonal], gyro[~diagonal])
@@ -95,10 +95,10 @@ def _z(error: Floats, sigma: Floats, part: slice) -> Floats:
 
 
 def poses() -> None:
-    """Draw the poses of a good session, and of one in which -z was never up."""
+    """Draw the poses of a good session, and of a session without -z up."""
     good = zr.simulation.simulate_session(20, seed=32)
     up = good.quaternion[good.rests[:, 0]]
-    # The third row of the matrix of a quaternion: up in the axes of the body.
+    # The third row of a quaternion's matrix is the vertical in the axes of the body.
     below = 1.0 - 2.0 * (up[:, 1] ** 2 + up[:, 2] ** 2) < -0.2
     gap = zr.simulation.simulate_session(up[~below], seed=32)
     figure = new_figure(170.0, 50.0)
@@ -112,14 +112,14 @@ def poses() -> None:
 
 
 def session() -> None:
-    """Draw a session and all that is found of it."""
+    """Draw a session with its calibration."""
     recording = zr.simulation.simulate_session(20, seed=4).recording
     figure = zr.calibrate(recording, gravity=9.80665).plot(recording)
     save_figure(figure, FOLDER / "calibration_session.png")
 
 
 def warm_up() -> None:
-    """Draw the temperature model of the first part of a warm-up."""
+    """Draw the temperature model from the first part of a warm-up."""
     rng = np.random.default_rng(1)
     t = np.arange(6000) / 10.0
     temperature = 20.0 + 20.0 * (1.0 - np.exp(-t / 400.0))
@@ -130,7 +130,7 @@ def warm_up() -> None:
 
 
 def units(recordings: Path) -> None:
-    """Print the errors of the eight units of the array before and after, on what was not fitted."""
+    """Print the errors of the array's eight units before and after calibration, on unused data."""
     rows = []
     for unit in UNITS:
         found = of_unit(recordings, unit)
@@ -152,7 +152,7 @@ def units(recordings: Path) -> None:
 
 
 def of_unit(recordings: Path, unit: int, stop: float | None = None) -> zr.Calibration:
-    """Return the calibration of a unit of the array, by the record up to so many seconds."""
+    """Return the calibration of a unit of the array, from the record until `stop` seconds."""
     gyro, accel = _logs(recordings, unit, stop)
     return zr.calibrate(gyro=gyro, accel=accel)
 
@@ -164,9 +164,10 @@ def _logs(recordings: Path, unit: int, stop: float | None = None) -> Iterator[zr
 
 
 def angles(recordings: Path) -> None:
-    """Print how far the units disagree on the angle of a turn, which no mounting changes.
+    """Print the differences between the units' rotation angles, which do not depend on mounting.
 
-    They are calibrated on the first half, by gravity alone; the turns are those of the second.
+    The units are calibrated on the first half, with gravity alone. The rotations are from the
+    second half.
     """
     whole = of_unit(recordings, 1)
     late = [turn for turn in whole.turns if turn.start > LEARNED and turn.used]
@@ -190,7 +191,7 @@ def angles(recordings: Path) -> None:
 
 
 def _angle(rates: Floats, rate: float, whole: zr.Calibration, turn: Turn) -> float:
-    """Return the angle between the orientations before and after a turn."""
+    """Return the angle between the orientations before and after a rotation."""
     before, after = (whole.rests[place] for place in turn.rests)
     still = [rates[rest.first : rest.last].mean(axis=0) for rest in (before, after)]
     turned = zr.integrate(np.radians(rates[turn.first : turn.last] - np.mean(still, axis=0)), rate)
@@ -198,7 +199,7 @@ def _angle(rates: Floats, rate: float, whole: zr.Calibration, turn: Turn) -> flo
 
 
 def refused(recordings: Path) -> None:
-    """Print what is said of a record with too few turns."""
+    """Print the messages for a record with too few rotations."""
     recording = zr.read_recording(recordings / BROAD, rate=2000 / 7)
     try:
         found = zr.calibrate(recording)

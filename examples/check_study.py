@@ -1,9 +1,12 @@
-"""Every mistake of units and axes, put into recordings and simulated motions: what `zr.check` says.
+"""Results of `zr.check` for all wrong units and axes, in recordings and simulated motions.
 
-``python examples/check_study.py`` prints `docs/evidence/checks.md`: of 47 wrong signed permutations
-of the gyro's axes and two wrong units a record, how many are named, and how many wrongly; what is
-said of the records as they are, with errors of sensors; of 23 wrong classes of the axes of a
-magnetometer; and how long it takes.
+``python examples/check_study.py`` prints `docs/evidence/checks.md`:
+
+- share of detected mistakes, and of wrong diagnoses, for 47 wrong signed permutations of the gyro's
+  axes and two wrong units per record
+- results for unchanged records, and for records with sensor errors
+- results for 23 wrong classes of a magnetometer's axes
+- duration of the check
 """
 
 import time
@@ -58,7 +61,7 @@ def table(title, head, rows):
 
 
 def read(name, prefix, options):
-    """Return gyro, accelerometer and, if there is one, magnetometer of a recording."""
+    """Return gyro, accelerometer and, if available, magnetometer of a recording."""
     found = zr.read_recording(BESIDE / f"{name}.parquet", **options)
     logs = {}
     for kind in ("gyro", "accel", "mag"):
@@ -84,7 +87,7 @@ def changed(recording, name, data):
 
 
 def outcome(found, sense):
-    """Return what is said of a gyro whose sense is known."""
+    """Return the outcome for a gyro with known axes."""
     if not found.alarm:
         return "silent"
     if found.factor != 1.0 or found.status == "unit only":
@@ -97,7 +100,7 @@ def outcome(found, sense):
 
 
 def axes(recordings):
-    """Return how often each outcome is, over all wrong senses."""
+    """Return the count of each outcome over all wrong axes."""
     said = Counter()
     for recording, sense in product(recordings, SENSES[1:]):
         wrong = changed(recording, "gyro", recording["gyro"].data @ sense)
@@ -106,7 +109,7 @@ def axes(recordings):
 
 
 def units(recordings, factor):
-    """Return how often a unit is named, and how often wrongly."""
+    """Return how often a wrong unit is detected, and how often the diagnosis is wrong."""
     right = wrong = 0
     for recording in recordings:
         gyro = recording["gyro"]
@@ -121,7 +124,7 @@ def units(recordings, factor):
 
 
 def fields(recordings):
-    """Return how many wrong classes of a magnetometer's axes are exact, silent and wrong."""
+    """Return the counts of exact, silent and wrong outcomes for a magnetometer's axes."""
     said = Counter()
     for recording, sense in product(recordings, SENSES[1:24]):
         wrong = changed(recording, "mag", recording["mag"].data @ sense)
@@ -143,7 +146,7 @@ TRIAL = {
     "simulated pendulum": (0, 0, 0, 141, 3, 0),
     "simulated vehicle": (0, 3, 59, 79, 3, 0),
 }
-"""What the trial of the method in NumPy reached, by outcome and unit: other simulated motions."""
+"""Results of the method's first implementation in NumPy, by outcome and unit; other motions."""
 
 ERRORS = {
     "as they are": {},
@@ -168,14 +171,14 @@ def faulty(kind, seed, duration, scale=1.0, late=0, clip=np.inf, **errors):
 
 
 def alarms(errors):
-    """Return the number of records with errors, and that of false alarms."""
+    """Return the number of records with errors, and the number of false alarms."""
     cases = list(product(KINDS, range(11, 17), (60.0, 120.0)))
     found = [zr.check(faulty(*case, **errors), scale_errors=False) for case in cases]
     return len(cases), sum(bool(one.alarms) for one in found)
 
 
 def rotorcraft(seed, tilt=0.15, drag=0.3):
-    """Return a flight in which the force is along the body's z axis but for drag."""
+    """Return a flight in which the force is along the body's z axis, except for drag."""
     rng = np.random.default_rng(seed)
     n = int(DURATION * RATE)
     kernel = np.hanning(300)
@@ -183,7 +186,7 @@ def rotorcraft(seed, tilt=0.15, drag=0.3):
         np.convolve(rng.standard_normal(n + 299), kernel, "valid") for _ in range(3)
     )
     roll, pitch = (tilt * angle / angle.std() for angle in (roll, pitch))
-    # The turn within a sample, of a rotation that is the product of three.
+    # Rotation within a sample, where the orientation is a product of three rotations.
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_euler("ZYX", np.stack([yaw / yaw.std(), pitch, roll], axis=1))
@@ -204,7 +207,7 @@ def rotorcraft(seed, tilt=0.15, drag=0.3):
 
 
 def seconds():
-    """Return the time of a check of ten minutes: of gyro and magnetometer, and with scale."""
+    """Return the duration of a check of ten minutes: gyro and magnetometer, and with scale."""
     recording = zr.simulate_motion("hand", RATE, 600.0).recording()
     times = []
     for scale in (False, True):

@@ -1,8 +1,8 @@
-"""A receiver's clock where drives are not as they should be.
+"""Clock of a receiver in drives with faults.
 
-``python examples/clock_scenarios.py`` prints a table in Markdown, in half a minute. Of 24 simulated
-drives each, the clocks of positions and velocities are up to 0.3 s from that of the sensors; errors
-are those of `find_time_offset`, beside its own deviations.
+``python examples/clock_scenarios.py`` prints a table in Markdown, in half a minute. Each row has 24
+simulated drives. The clocks of positions and velocities differ from the sensors' clock by up to 0.3
+s. The errors of `find_time_offset` are next to its standard deviations.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from zerorate.record import TimeOffset
 RATE, DURATION = 50.0, 200.0
 DRIVES = range(300, 324)
 ONE_DEGREE = 111e3
-"""Metres of latitude."""
+"""Length of a degree of latitude, m."""
 
 
 def main():
@@ -30,7 +30,7 @@ def main():
 
 
 def row(name, options, spoil):
-    """Return what is found in a scenario."""
+    """Return the results for a scenario."""
     found = np.array(many(lambda seed: off(seed, options, spoil), DRIVES))
     told = found[np.isfinite(found[:, 0])]
     cells = [name, f"{len(told)} of {len(found)}"]
@@ -41,7 +41,7 @@ def row(name, options, spoil):
 
 
 def off(seed, options, spoil):
-    """Return the errors of both offsets, each with its deviation; NaN where none is told."""
+    """Return the errors of both offsets with standard deviations; NaN if none is reported."""
     random = np.random.default_rng([seed, 77])
     true = random.uniform(-0.3, 0.3, 2)
     if spoil is together:
@@ -64,38 +64,38 @@ def as_they_are(fixes, random):
 
 
 def together(fixes, random):
-    """Return the same: both clocks are one."""
+    """Return the fixes unchanged; both clocks are the same."""
     return fixes
 
 
 def outliers(fixes, random):
-    """Return fixes of which one in twenty is some 30 m off."""
+    """Return fixes with errors of about 30 m in one position of twenty."""
     position, bad = fixes.position.copy(), random.random(len(fixes)) < 0.05
     position[bad, :2] += random.standard_normal((bad.sum(), 2)) * 3e-4
     return replace(fixes, position=position)
 
 
 def wrong_velocities(fixes, random):
-    """Return fixes of which one velocity in twenty is some 3 m/s off."""
+    """Return fixes with errors of about 3 m/s in one velocity of twenty."""
     velocity, bad = fixes.velocity.copy(), random.random(len(fixes)) < 0.05
     velocity[bad] += random.standard_normal((bad.sum(), 3)) * 3.0
     return replace(fixes, velocity=velocity)
 
 
 def tunnel(fixes, random):
-    """Return fixes of which 40 s are missing."""
+    """Return fixes with a gap of 40 s."""
     outside = (fixes.time < 80.0) | (fixes.time > 120.0)
     parts = ("time", "position", "velocity", "position_sigma", "velocity_sigma")
     return replace(fixes, **{name: getattr(fixes, name)[outside] for name in parts})
 
 
 def jitter(fixes, random):
-    """Return fixes whose stamps are up to 20 ms off, each by itself."""
+    """Return fixes with independent time errors of up to 20 ms."""
     return replace(fixes, time=fixes.time + random.uniform(-0.02, 0.02, len(fixes)))
 
 
 def walking(fixes, random):
-    """Return fixes whose positions walk by 0.3 m from one to the next."""
+    """Return fixes with a random walk of the positions, 0.3 m per fix."""
     position = fixes.position.copy()
     walk = np.cumsum(random.standard_normal((len(fixes), 2)), axis=0)
     position[:, :2] += walk * 0.3 / ONE_DEGREE

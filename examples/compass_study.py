@@ -1,7 +1,7 @@
-"""Headings of the navigation filter with a magnetometer as compass, and without it.
+"""Headings of the navigation filter with and without a magnetometer as compass.
 
-``python examples/compass_study.py [SEEDS]`` prints a table in Markdown, in some minutes. Vehicles
-are those of ``vehicles.py``; each runs through ``zr.navigate`` with and without ``mag=True``.
+``python examples/compass_study.py [SEEDS]`` prints a table in Markdown, in some minutes. The
+vehicles are from ``vehicles.py``. Each runs through ``zr.navigate`` with and without ``mag=True``.
 """
 
 import sys
@@ -22,7 +22,7 @@ FIELDS = {"clean": {}, "hard iron": {"iron": IRON_UT}, "magnet for 30 s": {"magn
 
 
 def run(kind, field, seed):
-    """Return heading errors and σ, deg, and position errors, m: without and with the compass."""
+    """Return heading errors and σ, deg, and position errors, m, without and with the compass."""
     drive = simulate_vehicle(kind, SECONDS, seed=seed)
     known = dict(FIELDS[field])
     iron = known.pop("iron", 0.0) * np.random.default_rng([seed, 8]).standard_normal(3)

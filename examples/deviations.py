@@ -1,10 +1,10 @@
-"""Do the deviations hold? Errors over their stated standard deviations, by stream and platform.
+"""Errors divided by their stated standard deviations, by stream and platform.
 
     python examples/deviations.py [--streams] [RECORDING ...]
 
-Each row: RMS of error over sigma (0.8 to 1.2 holds) and the share of errors within two sigma (0.93
-and more holds). With --streams only the table of the streams that are no drift filter. RECORDINGS
-are logs at rest at 100 Hz: the bias predicts their next means.
+Each row has the RMS of error over sigma (valid from 0.8 to 1.2) and the share of errors within two
+sigma (valid from 0.93). With --streams only the streams other than drift filters are shown.
+RECORDINGS are logs at rest at 100 Hz: the bias predicts the next means of the samples.
 """
 
 import argparse
@@ -29,7 +29,7 @@ EVERY = 30.0
 SPANS = (1.0, 10.0, 60.0)
 HELD = (0.0, 1.0, 10.0, 60.0)
 DEVICES = ("MPU-6050", "ADIS16405", "MTi-100")
-# White noise, flicker, walk in deg/s units, and the rate.
+# White noise, flicker and random walk in units of deg/s, and the rate.
 MIXES = (
     (0.02, 0.002, 0.0, 100.0),
     (0.002, 0.02, 0.0, 100.0),
@@ -40,7 +40,7 @@ MIXES = (
 
 
 def drift_errors(signal, truth, rate=RATE, first=FIRST, every=EVERY, held=HELD):
-    """Return errors of the next mean bias over their sigma, by time held in motion and span, s."""
+    """Return errors of the next mean bias over sigma, by hold time in motion, s, and span, s."""
     f = zr.DriftFilter(rate, channels=signal.shape[1], output="estimate")
     total = np.vstack([np.zeros(signal.shape[1]), np.cumsum(truth, axis=0)])
     found = {(h, span): [] for h in held for span in SPANS}
@@ -58,7 +58,7 @@ def drift_errors(signal, truth, rate=RATE, first=FIRST, every=EVERY, held=HELD):
 
 
 def recorded_errors(signal, rate, first=60.0):
-    """Return errors of the bias as a prediction of the next means, white noise counted in."""
+    """Return errors of the bias as a prediction of the next means; sigma includes white noise."""
     f = zr.DriftFilter(rate, channels=signal.shape[1], output="estimate")
     total = np.vstack([np.zeros(signal.shape[1]), np.cumsum(signal, axis=0)])
     found = {(0.0, span): [] for span in SPANS}
@@ -82,14 +82,14 @@ def models():
 
 
 def devices():
-    """Yield the same of gyros of data sheets."""
+    """Yield name, rate, signal and truth of gyros from data sheets."""
     for name in DEVICES:
         gyro = device(name)
         yield name, RATE, *zr.simulate(gyro, RATE, DURATION, seed=1, axes=RECORDS)
 
 
 def mixes():
-    """Yield the same of mixes of noise, at other rates."""
+    """Yield name, rate, signal and truth of mixed noise at other rates."""
     for white, flicker, walk, rate in MIXES:
         noise = zr.NoiseModel(
             angle_random_walk=white, bias_instability=flicker, rate_random_walk=walk
@@ -99,7 +99,7 @@ def mixes():
 
 
 def noise_errors(count=40, duration=120.0):
-    """Return errors of N over its sigma, from the spectrum of white noise with flicker."""
+    """Return errors of N over sigma, from the spectrum of white noise with flicker."""
     noise = zr.NoiseModel(angle_random_walk=0.01, bias_instability=0.002)
     z, _ = zr.simulate(noise, RATE, duration, seed=3, axes=count)
     fits = [zr.noise.whittle(column, RATE).angle_random_walk for column in z.T]
@@ -107,7 +107,7 @@ def noise_errors(count=40, duration=120.0):
 
 
 def filtered_record(seed, duration, corner, order):
-    """Return white noise, flicker and walk behind a filter, at 200 Hz."""
+    """Return filtered white noise, flicker and random walk, at 200 Hz."""
     noise = zr.NoiseModel(
         angle_random_walk=0.01, bias_instability=0.003, rate_random_walk=5e-5, quantity="unknown"
     )
@@ -122,7 +122,7 @@ def filtered_record(seed, duration, corner, order):
 
 
 def filtered_rows(durations=(60.0, 600.0), corners=(5.0, 20.0), orders=(1, 2, "mean")):
-    """Yield bias and scatter of N behind filters, and its errors over sigma."""
+    """Yield bias and scatter of N for filtered records, and its errors over sigma."""
     for duration, corner, order in itertools.product(durations, corners, orders):
         count = 48 if duration < LONG else RECORDS
         records = (filtered_record(s, duration, corner, order) for s in range(count))
@@ -138,7 +138,7 @@ def filtered_rows(durations=(60.0, 600.0), corners=(5.0, 20.0), orders=(1, 2, "m
 
 
 def stepped_rows(ratios=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4), count=4):
-    """Yield N of stepped samples over the truth, by the deviation over the step."""
+    """Yield N of rounded samples over the truth, by standard deviation over step."""
     for ratio in ratios:
         values, errors, bounds = [], [], []
         for level, drift, seed in itertools.product((0.0, 0.25, 0.45), (0.0, 0.3), range(count)):
@@ -164,7 +164,7 @@ def measures(errors):
 
 
 def print_table(head, rows):
-    """Print a table of Markdown."""
+    """Print a table in Markdown."""
     print("| " + " | ".join(head) + " |")
     print("| --- |" + " --- |" * (len(head) - 1))
     for name, cells in rows:
@@ -190,7 +190,7 @@ def recording_rows(paths):
 
 
 def stream_rows():
-    """Yield a row for each stream and platform: each quantity with its two numbers."""
+    """Yield a row for each stream and platform, with two numbers for each quantity."""
     for name, make in ROWS.items():
         found = make(STREAM_RECORDS).items()
         cells = (f"{quantity} {measures(np.concatenate(e, axis=None))}" for quantity, e in found)

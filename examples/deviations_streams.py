@@ -1,7 +1,8 @@
-"""Errors over stated standard deviations of the streams that are no drift filter.
+"""Errors over stated standard deviations, for the streams other than drift filters.
 
-`ROWS` names each stream and platform and gives its errors over σ, by quantity, of so many records;
-`examples/deviations.py` prints them, `tests/laws/test_deviations.py` holds them to law 9.
+`ROWS` has each stream and platform with a function that returns its errors over σ, by quantity, for
+a number of records. `examples/deviations.py` prints them. `tests/laws/test_deviations.py` tests
+them as law 9.
 """
 
 from functools import partial
@@ -17,7 +18,7 @@ EARTH_M = 6.371e6
 
 
 def tilt(records):
-    """Return errors of an angle and a bias that walk by the constants of the filter."""
+    """Return errors of an angle and a bias that follow the filter's random walks."""
     rng = np.random.default_rng(4)
     n, dt, k = 3000, 1.0 / RATE, 8 * records
     constants = {"q_angle": 1e-4, "q_bias": 1e-5, "r_measure": 1e-2}
@@ -34,7 +35,7 @@ def tilt(records):
 
 
 def position(records, method="aided"):
-    """Return errors of a receiver's place: by "aided" with a slow error and its speed."""
+    """Return errors of a receiver's position; "aided" has a slow error and a speed."""
     rng = np.random.default_rng(5)
     n, k, aided = 300, 16 * records, method == "aided"
     kept, slow_sigma = (np.exp(-1.0 / 120.0), 2.5) if aided else (0.0, 0.0)
@@ -43,7 +44,7 @@ def position(records, method="aided"):
     errors = []
     for i in range(n):
         last, speed = speed, speed + rng.normal(0.0, 0.5, (k, 2))
-        # The filter takes the error of a mean velocity for white.
+        # The filter treats the error of a mean velocity as white.
         place = place + 0.5 * (last + speed) + rng.normal(0.0, 0.1, (k, 2))
         slow = kept * slow + slow_sigma * np.sqrt(1.0 - kept**2) * rng.normal(size=(k, 2))
         fix = place + slow + rng.normal(0.0, 0.7, (k, 2))
@@ -54,7 +55,7 @@ def position(records, method="aided"):
 
 
 def linear(records):
-    """Return errors of a constant velocity that is seen by its place, as its model says."""
+    """Return errors of a constant velocity that is observed by its position, as in the model."""
     rng = np.random.default_rng(7)
     n, k, q = 400, 16 * records, 0.1
     F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
@@ -89,7 +90,7 @@ def array(records, model="MPU-6050"):
 
 
 def alignment(records):
-    """Return errors of the start of a navigation at rest."""
+    """Return errors of a navigation's alignment at rest."""
     found = {"tilt": [], "gyro bias": []}
     for seed in range(4 * records):
         drive = zr.simulate_drive(50.0, 30.0, seed=seed, kind="rest")
@@ -103,7 +104,7 @@ def alignment(records):
 
 
 def temperature(records, white=0.01, slope=0.02, walk=0.0, flicker=0.0):
-    """Return errors of bias and slope of gyros that warm up by ten kelvins in twenty minutes."""
+    """Return errors of bias and slope of gyros that warm up by 10 K in twenty minutes."""
     rate, duration, k = 25.0, 1200.0, 4 * records
     noise = zr.NoiseModel(
         angle_random_walk=white, bias_instability=flicker or None, rate_random_walk=walk or None
@@ -125,14 +126,14 @@ def temperature(records, white=0.01, slope=0.02, walk=0.0, flicker=0.0):
 
 
 def attitude(records, kind, start):
-    """Return errors of tilt, heading and bias of a simulated motion, once it has settled."""
+    """Return errors of tilt, heading and bias in a simulated motion, after settling."""
     found = {"tilt": [], "heading": [], "bias": []}
     for seed in range(20, 20 + 2 * records):
         motion = zr.simulate_motion(kind, RATE, 60.0, seed=seed, start=start)
         trace = zr.Attitude(RATE).trace(motion.gyro, motion.accel, motion.mag)
         w, x, y, z = product(trace["quaternion"], inverse(motion.quaternion)).T
         part = slice(round((10.0 if start == "rest" else 15.0) * RATE), None, 50)
-        # Of an angle about two axes.
+        # The angle is about two axes.
         angle = 2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
         found["tilt"].append((angle / trace["tilt_sigma"])[part])
         found["heading"].append((2.0 * np.arctan(z / w) / trace["heading_sigma"])[part])
@@ -141,7 +142,7 @@ def attitude(records, kind, start):
 
 
 def rested(records, span=None):
-    """Return errors in motion of an attitude whose bias a drift filter has learned at rest."""
+    """Return errors in motion of an attitude with a bias that a drift filter learned at rest."""
     found = {"bias": [], "tilt": []}
     for seed in range(2 * records):
         noise = zr.NoiseModel(angle_random_walk=0.005, bias_instability=0.003)
@@ -212,7 +213,7 @@ def _track_errors(track, drive):
 
 
 def foot(records, noise=1e-4, bias=3e-3):
-    """Return errors of walks at their ends: the place, level, and the height."""
+    """Return errors at the ends of walks: position, horizontal, and height."""
     found = {"level position": [], "height": []}
     for seed in range(4 * records):
         walk = zr.simulate_walk(100.0, strides=40, seed=seed, gyro_noise=noise, gyro_bias=bias)
@@ -256,4 +257,4 @@ ROWS = {
     },
     "`FootFilter`, still stances": foot,
 }
-"""Errors over standard deviations, by quantity, of so many records."""
+"""Function for each row: errors over standard deviations, by quantity."""

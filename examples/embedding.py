@@ -1,7 +1,7 @@
 """The filter inside other programs: ``python examples/embedding.py``.
 
-A loop that is another tool's, records of structured arrays, files that are mapped read-only, and
-filters that travel between processes.
+The examples are a loop of another tool, records in structured arrays, read-only mapped files, and
+filters that move between processes.
 """
 
 import tempfile
@@ -18,11 +18,11 @@ import zerorate as zr
 RATE = 100.0
 BIAS = np.array([0.5, -0.2, 1.0])
 SAMPLE = np.dtype([("time", "f8"), ("gyro", "f4", 3), ("temperature", "i2")])
-"""What a driver writes: packed, so no field stands where a float64 may."""
+"""Record of a driver; it is packed, so the fields are not aligned for a float64."""
 
 
 def main() -> None:
-    """Show each way, and that all give the same numbers."""
+    """Run each example, and check that all give the same numbers."""
     records = recorded(6000)
     stepped = in_a_loop(records)
     ways = {
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def recorded(n: int) -> npt.NDArray[np.void]:
-    """Return simulated samples as a driver would write them."""
+    """Return simulated samples in the form of a driver."""
     records = np.zeros(n, dtype=SAMPLE)
     records["time"] = np.arange(n) / RATE
     records["gyro"] = BIAS + 0.05 * np.random.default_rng(1).standard_normal((n, 3))
@@ -44,26 +44,26 @@ def recorded(n: int) -> npt.NDArray[np.void]:
 
 
 def new_filter() -> zr.DriftFilter:
-    """Return the filter that every way begins with."""
+    """Return the filter with which each example starts."""
     return zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
 
 
 class Robot:
-    """Stands for the tool whose loop it is: it calls a controller every tick."""
+    """Example of another tool's loop, which calls a controller every tick."""
 
     def __init__(self, controller: Callable[[np.void], npt.NDArray[np.float64]]) -> None:
         self.controller = controller
         self.angle = np.zeros(3)
 
     def run(self, records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
-        """Return the rates that the controller answered, and keep their integral."""
+        """Return the rates from the controller, and store their integral."""
         rates = np.array([self.controller(record) for record in records])
         self.angle = rates.sum(axis=0) / RATE
         return rates
 
 
 def in_a_loop(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
-    """Step the filter from a loop that is not ours."""
+    """Call the filter in the loop of another tool."""
     gyro = new_filter()
     robot = Robot(lambda record: gyro.update(record["gyro"]))
     rates = robot.run(records)
@@ -74,26 +74,26 @@ def in_a_loop(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
 
 
 def of_a_field(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
-    """Filter a field in place: any stride and any real dtype will do."""
+    """Filter a field in place; any stride and any real dtype is allowed."""
     return new_filter().process(records["gyro"])
 
 
 def of_a_map(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
-    """Filter a file that may be larger than the memory, block by block."""
+    """Filter a file in blocks; it may be larger than the memory."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "records.npy"
         np.save(path, records)
         mapped, gyro = np.load(path, mmap_mode="r"), new_filter()
         blocks = [gyro.process(mapped[i : i + 1000]["gyro"]) for i in range(0, len(mapped), 1000)]
-        # Windows removes no file that is mapped.
+        # Windows cannot remove a mapped file.
         del mapped
     return np.concatenate(blocks)
 
 
 def across_processes(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
-    """Hand one filter from process to process, as a pickle: each goes on where the last ended."""
+    """Move a filter between processes as a pickle; each process continues the work."""
     gyro, blocks = new_filter(), []
-    # "spawn" shares nothing: whatever arrives has been pickled.
+    # "spawn" shares nothing, so everything that arrives was pickled.
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         for block in np.split(records["gyro"], 4):
             gyro, rates = pool.submit(filtered, gyro, block).result()
@@ -104,7 +104,7 @@ def across_processes(records: npt.NDArray[np.void]) -> npt.NDArray[np.float64]:
 def filtered(
     gyro: zr.DriftFilter, block: npt.NDArray[np.float32]
 ) -> tuple[zr.DriftFilter, npt.NDArray[np.float64]]:
-    """Return the filter after a block, and what it answered."""
+    """Return the filter after a block, and its output."""
     rates = gyro.process(block)
     return gyro, rates
 

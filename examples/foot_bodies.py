@@ -1,7 +1,8 @@
-"""Feet and other bodies, simulated: what the tests of a foot's swings are tried on.
+"""Simulated feet and other bodies, to test the rules for a foot's swings.
 
-``foot(seed)`` and ``other(seed)`` return a kind, a sample rate, Hz, and times, rates and forces of
-a sensor at 48 to 400 Hz, mounted in any direction. Each kind draws its size, speed and noise.
+``foot(seed)`` and ``other(seed)`` return the kind, the sampling rate, Hz, times, rates and forces
+of a sensor. The sensor has 48 to 400 Hz and any mounting. Each kind draws its size, speed and
+noise.
 """
 
 import math
@@ -29,7 +30,7 @@ FEET = {
 
 
 def eased(s):
-    """Return 0 to 1 with two derivatives that vanish at the ends."""
+    """Return a step from 0 to 1 with its first two derivatives, which are zero at the ends."""
     s = np.clip(s, 0.0, 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
 
@@ -46,9 +47,10 @@ def turned(yaw, pitch, roll):
 
 
 def sensed(pose, rate, seconds, draws, *, shake=None, gravity=GRAVITY):
-    """Return times, rates and forces of a sensor whose position and angles are functions of time.
+    """Return times, rates and forces of a sensor with position and angles as functions of time.
 
-    `pose` returns positions, (n, 3), and yaw, pitch, roll, (n,); `shake` more force, (n, 3), m/s².
+    `pose` returns positions, (n, 3), and yaw, pitch, roll, (n,). `shake` returns additional force,
+    (n, 3), m/s².
     """
     t, h = np.arange(round(seconds * rate)) / rate, 1e-3
     (before, a), (now, b), (after, c) = (pose(t + d) for d in (-h, 0.0, h))
@@ -69,7 +71,7 @@ def sensed(pose, rate, seconds, draws, *, shake=None, gravity=GRAVITY):
 
 
 def shocks(at, size, draws):
-    """Return a function of time: the ringing of a shoe after each of these times, (n, 3) m/s²."""
+    """Return a function of time: ringing of a shoe after each of these times, (n, 3), m/s²."""
     at = np.asarray(at)
     sizes = size * draws.uniform(0.5, 1.5, (len(at), 3))
     frequency, fades = draws.uniform(15.0, 30.0), draws.uniform(0.02, 0.04)
@@ -86,7 +88,7 @@ def shocks(at, size, draws):
 
 
 def walked(kind, draws, seconds=SECONDS):
-    """Return a pose of a foot as function of time, and when its heel strikes, s."""
+    """Return the pose of a foot as a function of time, and the times of heel strikes, s."""
     length, height, swing, stance, pitch, _ = FEET[kind]
     scale = draws.uniform(0.85, 1.15)
     rest = draws.choice([0.0, 2.0, 2.0, 2.0])
@@ -113,7 +115,7 @@ def walked(kind, draws, seconds=SECONDS):
         position[:, :2] = places[k] + part[:, np.newaxis] * steps[k]
         position[:, 2] = climb * (k + part) + height * 64.0 * (s * (1.0 - s)) ** 3
         angle = pitch * 2.0 * 64.0 * (s * (1.0 - s)) ** 3 * np.sin(2.0 * np.pi * s)
-        # The sole lies flat for the middle of a stance; before and after the foot rolls over it.
+        # The sole is flat in the middle of a stance. The foot rolls before and after.
         flat = eased((rolled - 0.7) / 0.3)
         angle = angle + roll_over * np.where(s < 1.0, 1.0 - eased(3.0 * s), flat) * (k > 0)
         return position, (headings[k] + turns[k] * part, angle, 0.1 * angle)
@@ -122,7 +124,7 @@ def walked(kind, draws, seconds=SECONDS):
 
 
 def foot(seed, kind=None, rate=None, seconds=SECONDS, gravity=GRAVITY):
-    """Return kind, rate, times, rates and forces of a simulated foot, or of one without gravity."""
+    """Return kind, rate, times, rates and forces of a simulated foot, with or without gravity."""
     draws = np.random.default_rng([1, seed])
     kind = kind or list(FEET)[seed % len(FEET)]
     rate = rate or float(draws.choice(RATES))
@@ -132,7 +134,7 @@ def foot(seed, kind=None, rate=None, seconds=SECONDS, gravity=GRAVITY):
 
 
 def waves(t, draws_of, amplitude, frequency):
-    """Return a sum of three harmonics whose sizes and phases are given, (n,)."""
+    """Return a sum of three harmonics with given amplitudes and phases, (n,)."""
     sizes, phases = draws_of
     return sum(
         amplitude * sizes[i] * np.sin(2.0 * np.pi * (i + 1) * frequency * t + phases[i])
@@ -141,14 +143,14 @@ def waves(t, draws_of, amplitude, frequency):
 
 
 def harmonics(draws, fades=(1.0, 0.4, 0.2)):
-    """Return sizes and phases of three harmonics."""
+    """Return amplitudes and phases of three harmonics."""
     return np.array(fades) * draws.uniform(0.5, 1.5, 3), draws.uniform(0.0, 2.0 * math.pi, 3)
 
 
 def swinging(draws, amplitude, frequency, arm, bounce, speed):
-    """Return a pose: a limb of some length, m, swings about its upper end, which bounces along.
+    """Return the pose of a limb, m long, that swings about its upper end while this end bounces.
 
-    No limb repeats itself: its pace and its size wander by some hundredths.
+    Pace and amplitude vary by a few percent.
     """
     pitch, roll, yaw = (harmonics(draws) for _ in range(3))
     up, side = harmonics(draws, (0.3, 1.0, 0.3)), harmonics(draws)
@@ -171,7 +173,7 @@ def swinging(draws, amplitude, frequency, arm, bounce, speed):
 
 
 def wander(draws, count, low, high):
-    """Return a function of time: a sum of waves of random frequencies, of size 1."""
+    """Return a function of time: a sum of waves with random frequencies and amplitude 1."""
     frequency = draws.uniform(low, high, count)
     phase, size = draws.uniform(0.0, 2.0 * math.pi, count), draws.uniform(0.3, 1.0, count)
     size /= math.sqrt(0.5 * (size**2).sum())
@@ -179,7 +181,7 @@ def wander(draws, count, low, high):
 
 
 def drifting(draws, angle, distance, low, high):
-    """Return a pose that wanders by angles, rad, and distances, m, at some frequencies, Hz."""
+    """Return a pose that varies by angles, rad, and distances, m, at some frequencies, Hz."""
     parts = [wander(draws, 8, low, high) for _ in range(6)]
 
     def pose(t):
@@ -192,7 +194,7 @@ def drifting(draws, angle, distance, low, high):
 
 
 def stick(draws):
-    """Return a pose: a stick that pivots on its tip on the ground, then is put ahead."""
+    """Return the pose of a stick that rotates about its tip on the ground, then moves forward."""
     height, swing, stance = draws.uniform(0.5, 0.9), 0.4, draws.uniform(0.5, 0.8)
     reach, cycle = draws.uniform(0.25, 0.45), 0.4 + draws.uniform(0.5, 0.8)
     stance = cycle - swing
@@ -214,7 +216,7 @@ def stick(draws):
 
 
 def circling(draws):
-    """Return a pose: a pedal, or a shoe on it, round and round."""
+    """Return the pose of a pedal, or of a shoe on it, in circular motion."""
     frequency, radius = draws.uniform(0.8, 1.6), 0.17
     tips, speed = harmonics(draws, (1.0, 0.2, 0.0)), draws.uniform(3.0, 7.0)
 
@@ -227,7 +229,7 @@ def circling(draws):
 
 
 def door(draws):
-    """Return a pose: a door that is thrown open and shut, and stands between as a foot does."""
+    """Return the pose of a door that opens and closes fast, and stands in between like a foot."""
     width, cycle = draws.uniform(0.5, 0.9), draws.uniform(2.5, 4.0)
     moves, wide = draws.uniform(0.5, 0.9), draws.uniform(0.8, 1.5)
 
@@ -241,7 +243,7 @@ def door(draws):
 
 
 def other(seed, kind=None, rate=None, seconds=SECONDS):
-    """Return kind, rate, times, rates and forces of what is no foot."""
+    """Return kind, rate, times, rates and forces of a body that is not a foot."""
     draws = np.random.default_rng([2, seed])
     kind = kind or OTHERS[seed % len(OTHERS)]
     rate = rate or float(draws.choice(RATES))
@@ -311,13 +313,13 @@ def recording(time, rate, gyro, accel, source="simulated"):
 
 
 def joined(*parts, rate):
-    """Return times, rates and forces of recordings (times, rates, forces) one after the other."""
+    """Return times, rates and forces of several recordings in sequence."""
     gyro, accel = (np.vstack([part[i] for part in parts]) for i in (1, 2))
     return np.arange(len(gyro)) / rate, gyro, accel
 
 
 def lift(seed, rate=100.0):
-    """Return times, rates and forces of a foot that walks, rides a lift and walks; the ride, m."""
+    """Return times, rates and forces of a walk with a lift ride, and the ride's height, m."""
     draws = np.random.default_rng([3, seed])
     speed, push = draws.uniform(0.6, 2.5), draws.uniform(0.4, 1.3)
     height = draws.uniform(3.0, 30.0)
@@ -347,7 +349,7 @@ def lift(seed, rate=100.0):
 
 
 def spliced(seed, rate=100.0):
-    """Return times, rates and forces of two walks with sensors mounted otherwise; the seam, s."""
+    """Return times, rates and forces of two walks with different mounting, and the seam, s."""
     kinds = [list(FEET)[k] for k in np.random.default_rng([4, seed]).integers(0, 4, 2)]
     parts = [foot(10 * seed + k, kinds[k], rate, 25.0)[2:] for k in range(2)]
     return *joined(*parts, rate=rate), 25.0

@@ -1,9 +1,10 @@
-"""What becomes of a cart that drives and stops if it is taken for a foot, and why no rule helps.
+"""Results of the foot filter for a cart that drives and stops, and the limits of a rule for it.
 
-``python examples/foot_machine.py`` simulates carts at 200 Hz: legs of 3 to 15 s at 0.3 to 1 m/s,
-with gentle ramps and turns, stops of 2 to 4 s, on a level floor and on one whose slope changes by
-hundredths of a degree. It prints two tables in Markdown: how far off the filter of a foot would be
-(`zr.FootNavigation` refuses, or says so), and what force and rate tell of the stops.
+``python examples/foot_machine.py`` simulates carts at 200 Hz. They drive 3 to 15 s at 0.3 to 1 m/s,
+with gentle ramps and curves. Then they stop for 2 to 4 s. The floor is level, or its slope changes
+by hundredths of a degree. The first table in Markdown has the errors of the foot filter;
+`zr.FootNavigation` refuses such motion or adds a note. The second table has the signs of the stops
+in force and rate.
 """
 
 import numpy as np
@@ -16,21 +17,21 @@ SECONDS = 200.0
 SEEDS = range(6)
 GRAVITY = 9.81
 NOISE = (np.radians(0.1), 0.03)
-"""Of a sample at rest, rad/s and m/s²."""
+"""Noise of a sample at rest, rad/s and m/s²."""
 MOTOR = (np.radians(1.0), 0.3)
-"""What a motor adds."""
+"""Additional noise from a motor, rad/s and m/s²."""
 FIRST = 2.5
-"""Seconds of the first rest that its quietness is told by."""
+"""Length of the first rest that shows the noise at rest, s."""
 
 
 def eased(s):
-    """Return 0 to 1 without a corner."""
+    """Return a smooth step from 0 to 1."""
     s = np.clip(s, 0.0, 1.0)
     return s**2 * (3.0 - 2.0 * s)
 
 
 def cart(seed, shaken, slope=0.0):
-    """Return gyro and accelerometer (ahead, left, up), true places, m, and speed, m/s."""
+    """Return gyro and accelerometer (forward, left, up), true positions, m, and speed, m/s."""
     draws = np.random.default_rng(seed)
     n = round(SECONDS * RATE)
     speed, turn, pitch = np.zeros((3, n))
@@ -61,7 +62,7 @@ def cart(seed, shaken, slope=0.0):
 
 
 def as_a_foot(gyro, force, place):
-    """Return the end error, part of the way, and over its deviation, if it were a foot."""
+    """Return the end error of the foot filter, relative to the path and to its sigma."""
     time = np.arange(len(gyro)) / RATE
     found, _ = foot_track(time, gyro, force, False, False, False)
     off = np.hypot(*(found["position"][-1, :2] * [1.0, -1.0] - place[-1]))
@@ -70,7 +71,7 @@ def as_a_foot(gyro, force, place):
 
 
 def quiet(gyro, force):
-    """Return where rate and force are as quiet and as constant as in the first rest."""
+    """Return the mask where rate and force are as quiet and constant as in the first rest."""
     first = slice(0, round(FIRST * RATE))
     half = round(0.15 * RATE)
     box = np.ones(2 * half + 1) / (2 * half + 1)
@@ -89,7 +90,7 @@ def quiet(gyro, force):
 
 
 def stop_speeds(force, speed):
-    """Return the speed that force says at each stop, that of the rest before being zero, m/s."""
+    """Return the speed from the force at each stop, with zero speed at the previous rest, m/s."""
     stands = speed <= 1e-3
     edges = np.flatnonzero(np.diff(stands.astype(int)))
     begins, ends = edges[~stands[edges]] + 1, edges[stands[edges]] + 1

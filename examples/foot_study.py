@@ -1,10 +1,10 @@
-"""How good the track of a foot is: on recorded walks with a reference, and on simulated ones.
+"""Accuracy of a foot's track, on recorded walks with a reference and on simulated walks.
 
 ``python examples/foot_study.py [FOLDER]`` prints its tables in Markdown, and draws the figure of
-`docs/how-to/walk.md`. The rows on other bodies, starts, climbs, lifts and splices are those of
-`foot_trials.py`. FOLDER has the recordings ``foot_*_200hz.parquet`` (sensors on a shoe, with
-motion capture or control points; mtahakoroglu/LLIO-aided-iPyShoe). Default: ../shared/data beside
-the checkout.
+`docs/how-to/walk.md`. The rows on other bodies, starts, climbs, lifts and splices come from
+`foot_trials.py`. FOLDER has the recordings ``foot_*_200hz.parquet`` (sensors on a shoe, with motion
+capture or control points; mtahakoroglu/LLIO-aided-iPyShoe). Default: ../shared/data next to the
+checkout.
 """
 
 import math
@@ -33,19 +33,19 @@ NAMES = (
     "walk_SensorConnectData_35",
 )
 EVERY = 50
-"""Samples of the motion capture between two points of the reference."""
+"""Number of motion-capture samples between two points of the reference."""
 FIGURE = Path(__file__).resolve().parents[1] / "docs" / "figures" / "foot_track.png"
 WALKS = 40
 NOISE = math.radians(0.05)
 RELATIVE = 0.001
-"""White noise of the gyro that the filter takes for given: rad/s/sqrt(Hz), and that by rate."""
+"""White noise that the filter assumes for the gyro, rad/s/sqrt(Hz), and its increase by rate."""
 BIAS = math.radians(0.3)
 RANGE = math.radians(500.0)
-"""Range of the gyros that the live filter may be given, rad/s."""
+"""Range that the live filter may assume for the gyros, rad/s."""
 
 
 def reference(path):
-    """Return where the reference is, samples, and its places, m, as complex numbers."""
+    """Return the samples with a reference, and its positions, m, as complex numbers."""
     columns = pq.read_table(path, columns=["ref_x_m", "ref_y_m"]).columns
     x, y = (column.to_numpy().astype(float) for column in columns)
     known = np.flatnonzero(np.isfinite(x))
@@ -55,7 +55,7 @@ def reference(path):
 
 
 def errors(z, truth):
-    """Return rms and end error, m, of a way turned about its start to fit its reference."""
+    """Return RMS and end error, m, of a path rotated about its start to fit its reference."""
     z, w = z - z[0], truth - truth[0]
     turn = (np.conj(z) * w).sum()
     off = np.abs(z * turn / abs(turn) - w)
@@ -63,7 +63,7 @@ def errors(z, truth):
 
 
 def live(path, known, truth, gyro_range=None):
-    """Return rms and end error, m, of the live filter, what it says moved back by its delay."""
+    """Return RMS and end error, m, of the live filter, with its output corrected for its delay."""
     samples = Samples.of(zr.read_recording(path), mag=False)
     foot = zr.FootFilter(200.0, floor="level", gyro_range=gyro_range)
     told = foot.process(samples.gyro, samples.accel)
@@ -75,7 +75,7 @@ def live(path, known, truth, gyro_range=None):
 
 
 def recorded(folder, **options):
-    """Yield of each recording its name, length, m, and tracks: of the filter and smoothed."""
+    """Yield each recording's name, length, m, and tracks of the filter and the smoother."""
     for name in NAMES:
         path = folder / f"foot_{name}_200hz.parquet"
         known, truth = reference(path)
@@ -103,7 +103,7 @@ def recorded_rows(folder):
 
 
 def tail_rows(folder):
-    """Yield mean, median, p90 and p95 of errors in the plane, m: rms, and at the end."""
+    """Yield mean, median, 90 % and 95 % of horizontal errors, m: RMS, and at the end."""
     found = {name: [] for name in ("live", "live, range stated", "filter", "smoothed")}
     for name, _, _, ways in recorded(folder, floor="level"):
         path = folder / f"foot_{name}_200hz.parquet"
@@ -121,7 +121,7 @@ def tail_rows(folder):
 
 
 def part_rows(folder):
-    """Yield mean end errors where one part is left out."""
+    """Yield mean end errors with one part of the filter left out."""
     parts = {
         "all": {"floor": "level"},
         "no level floor": {},
@@ -133,7 +133,7 @@ def part_rows(folder):
 
 
 def simulated(seed, *, rest, noise, relative, bias, strides=57):
-    """Return a walk and its track, of a gyro with noise by its rate besides."""
+    """Return a walk and its track, for a gyro with additional noise by its rate."""
     walk = zr.simulate_walk(strides=strides, seed=seed, rest=rest, gyro_noise=noise, gyro_bias=bias)
     draws = np.random.default_rng(1000 + seed)
     size = relative * math.sqrt(walk.rate) * np.linalg.norm(walk.gyro, axis=1)
@@ -151,7 +151,7 @@ def heading(quaternion):
 
 
 def simulated_rows():
-    """Yield errors of a minute beside the deviations that the filter tells."""
+    """Yield errors after a minute next to the filter's standard deviations."""
     cases = {
         "consumer gyro, rest before": (2.0, NOISE, RELATIVE, BIAS),
         "consumer gyro, no rest": (0.0, NOISE, RELATIVE, BIAS),
@@ -178,7 +178,7 @@ def simulated_rows():
 
 
 def hour_rows():
-    """Yield what an hour at 200 Hz takes of a processor, live too, and how far off it ends."""
+    """Yield the processor time for an hour at 200 Hz, also live, and the end error."""
     walk = zr.simulate_walk(strides=3425, seed=0, turn=0.05, gyro_noise=NOISE)
     recording = walk.recording()
     begun = time.process_time()

@@ -1,6 +1,6 @@
-"""Rows of the study of feet that ask what a walk does where it is none, or not as it should be.
+"""Rows of the study of feet on other bodies and on walks with faults.
 
-`foot_study.py` prints them. Each function yields rows of text, of bodies of `foot_bodies.py`.
+`foot_study.py` prints them. Each function yields rows of text, with bodies from `foot_bodies.py`.
 """
 
 import math
@@ -14,11 +14,11 @@ from zerorate.record import LogError
 from zerorate.record.samples import Samples
 
 BODIES = 10
-"""Simulated bodies of each kind."""
+"""Number of simulated bodies of each kind."""
 CUTS = 20
-"""Moments at which each recording is begun."""
+"""Number of moments at which each recording is started."""
 LOST = 0.02
-"""Part of the samples that are lost."""
+"""Share of lost samples."""
 HANDS = {"broad_05*": 2000.0 / 7.0, "broad_32*": 2000.0 / 7.0, "drive_imu*": 100.0}
 
 
@@ -35,7 +35,7 @@ def navigated(time, gyro, accel, **options):
 
 
 def verdict(time, gyro, accel):
-    """Return the share and the verdict: navigated, noted, refused or never swings."""
+    """Return the share and the verdict: navigated, noted, refused or without swings."""
     track = navigated(time, gyro, accel, assume_foot=True)
     try:
         navigated(time, gyro, accel)
@@ -48,7 +48,7 @@ def verdict(time, gyro, accel):
 
 
 def body_rows(folder):
-    """Yield for each kind of body how many there are, their shares, and what became of them."""
+    """Yield for each kind of body the number, the shares, and the verdicts."""
     groups = defaultdict(list)
     for path in sorted(folder.glob("foot_*.parquet")):
         groups["recorded feet"].append(verdict(*samples_of(path)))
@@ -75,7 +75,7 @@ def body_rows(folder):
 
 
 def begun_later(samples, k):
-    """Return climb off, its deviation, and the end's error in the plane of a track begun at k."""
+    """Return the climb error, its sigma, and the horizontal end error of a track started at k."""
     time, gyro, accel = samples
     whole = navigated(*samples, assume_foot=True).position
     track = navigated(time[k:], gyro[k:], accel[k:])
@@ -87,7 +87,7 @@ def begun_later(samples, k):
 
 
 def start_rows(folder):
-    """Yield the errors of walks begun at a random moment, against the whole walks."""
+    """Yield the errors of walks started at a random moment, relative to the whole walks."""
     draws = np.random.default_rng(5)
     groups = {"recorded": [samples_of(path) for path in sorted(folder.glob("foot_*.parquet"))]}
     for kind in ("walking", "running"):
@@ -112,7 +112,7 @@ def start_rows(folder):
 
 
 def climb_rows(folder):
-    """Yield the climb of level walks over its deviation, with gyros that are clipped by hand."""
+    """Yield the climb of level walks over its sigma, for gyros that are clipped afterwards."""
     paths = sorted(folder.glob("foot_*.parquet"))
     for limit in (math.inf, 400.0, 250.0, 125.0):
         most = math.radians(limit)
@@ -138,7 +138,7 @@ def climb_rows(folder):
 
 
 def consistency_rows():
-    """Yield errors over deviations at the end of a minute: across, along, up, heading."""
+    """Yield errors over sigma after a minute: across, along, up, heading."""
     for rest in (2.0, 0.0):
         for rate in (50.0, 100.0, 200.0, 400.0):
             for lost in (0.0, LOST):
@@ -146,7 +146,7 @@ def consistency_rows():
 
 
 def consistency_row(rest, rate, lost, walks=20):
-    """Return the row of one rate, with or without a rest and lost samples."""
+    """Return the row for a rate, with or without a rest and lost samples."""
     ratios = []
     for seed in range(walks):
         noise, bias = math.radians(0.05), math.radians(0.3)
@@ -168,7 +168,7 @@ def consistency_row(rest, rate, lost, walks=20):
 
 
 def lift_rows(folder, rides=80):
-    """Yield the counts of lift rides found and falsely found, and the errors of their heights."""
+    """Yield the counts of found and false lift rides, and the errors of their heights."""
     found, errors, truth = 0, [], []
     for seed in range(rides):
         *samples, height = bodies.lift(seed)
@@ -193,7 +193,7 @@ def lift_rows(folder, rides=80):
 
 
 def splice_rows(splices=40):
-    """Yield strides until stances are believed again after a seam, and rejections; live too."""
+    """Yield the strides until stances are used after a seam, and rejections; also live."""
     strides, rejected, live, said = [], [], [], 0
     for seed in range(splices):
         time, gyro, accel, seam = bodies.spliced(seed)

@@ -1,6 +1,6 @@
-"""The figure of `docs/how-to/heading-drifts.md`: how each cause of a drift looks, and its cure.
+"""Figure of `docs/how-to/heading-drifts.md`: each cause of a heading drift, and its remedy.
 
-``python examples/heading_figure.py [FOLDER]`` draws ``heading_drifts.png``; default folder
+``python examples/heading_figure.py [FOLDER]`` draws ``heading_drifts.png``. The default folder is
 ``docs/figures``.
 """
 
@@ -24,20 +24,20 @@ from zerorate.show.style import (
 )
 
 RATE, SECONDS = 100.0, 120.0
-# Millimetres.
+# Sizes in mm.
 WIDTH, PANEL, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 180.0, 21.0, 15.0, 4.0, 9.0, 10.0, 3.0
 IRON = np.array([10.0, -8.0, 7.5])
 
 
 def moved(**errors):
-    """Return a hand's motion whose sensors err as told, and by nothing else."""
+    """Return the motion of a hand whose sensors have only the given errors."""
     none = vars(zr.simulation.MotionErrors.none())
     told = zr.simulation.MotionErrors(**{**none, "gyro_noise": 1e-4, "accel_noise": 4e-3, **errors})
     return zr.simulate_motion("hand", RATE, SECONDS, seed=2, errors=told)
 
 
 def off(motion, filter_, there=None, **fed):
-    """Return times and errors of the heading, deg, of the samples that are there."""
+    """Return times and heading errors, deg, for the samples that are present."""
     where = slice(None) if there is None else there
     mag = fed.pop("mag", None)
     q = filter_.process(motion.gyro[where], motion.accel[where], mag, **fed)
@@ -46,7 +46,7 @@ def off(motion, filter_, there=None, **fed):
 
 
 def cases():
-    """Yield what it is, and the curve with it and without it."""
+    """Yield the name of a cause, and the curves with and without it."""
 
     def plain(rate=RATE):
         return zr.Attitude(rate, mag=False, method="madgwick")

@@ -1,4 +1,4 @@
-"""The figures of the guide to offline identification, all of simulated signals.
+"""Figures of the guide to offline identification, from simulated signals.
 
 python examples/identify_figures.py
 """
@@ -36,7 +36,7 @@ LOOKS = ((BLUE, "-"), (GREEN, "--"), (ORANGE, "-."))
 
 
 def simulated(model: identification.ArmaModel, n: int, seed: int) -> np.ndarray:
-    """Return a record of a model, by its response to white noise."""
+    """Return a record of a model, from its response to white noise."""
     response = model.psi_weights(20_000)
     a = np.sqrt(model.sigma2) * np.random.default_rng(seed).standard_normal(n + response.size)
     size = 1 << (a.size + response.size).bit_length()
@@ -45,13 +45,13 @@ def simulated(model: identification.ArmaModel, n: int, seed: int) -> np.ndarray:
 
 
 def page() -> None:
-    """Draw what the command draws of one axis."""
+    """Draw the command's figure of one axis."""
     found = identification.identify(simulated(MODEL, N, 1), RATE, name="gyro_x", unit="deg/s")
     save(plot_identification(found, everything=True), "identify_axis")
 
 
 def smoothing() -> None:
-    """Draw the AR(1) coefficient that a moving average makes of white noise."""
+    """Draw the AR(1) coefficient of white noise after a moving average."""
     z = np.random.default_rng(1).standard_normal(15_000)
     models = [identification.fit_ar(identification.moving_average(z, int(w)), 1) for w in WIDTHS]
     figure = new_figure(88.0, 58.0)
@@ -81,7 +81,7 @@ def smoothing() -> None:
 
 
 def online() -> None:
-    """Draw coefficients learned online beside the offline ones, for an easy and a faint model."""
+    """Draw online coefficients next to offline coefficients, for an easy and a difficult model."""
     figure = new_figure(180.0, 62.0)
     panels = [figure.add_axes((left, 0.17, 0.41, 0.71)) for left in (0.07, 0.57)]
     draw_online(panels[0], MODEL, False)
@@ -96,7 +96,7 @@ def online() -> None:
 
 
 def draw_online(axes: "Axes", model: identification.ArmaModel, from_circle: bool) -> None:
-    """Draw one model's coefficients over time, with the band of the offline fit."""
+    """Draw a model's coefficients over time, with the error band of the offline fit."""
     z = simulated(model, 10 * N, 3)
     p, q = model.order
     offline = identification.fit_arma(z, p, q)
@@ -116,7 +116,7 @@ def draw_online(axes: "Axes", model: identification.ArmaModel, from_circle: bool
         error = offline.standard_errors[i]
         axes.axhspan(values[i] - error, values[i] + error, color=colour, alpha=0.3, lw=0)
         axes.plot(ends / RATE, paths[:, i], color=colour, lw=0.9, ls=style, label=names[i])
-    # Below the lines, which it would cut as a gap otherwise.
+    # Draw it below the lines, so that it does not cut them.
     axes.axvline(120.0, color=GREY_TEXT, lw=0.6, ls=(0, (4, 3)), zorder=0)
     axes.text(
         128.0,
@@ -133,7 +133,7 @@ def draw_online(axes: "Axes", model: identification.ArmaModel, from_circle: bool
 
 
 def save(figure: object, name: str) -> None:
-    """Write a figure into the folder of the documentation."""
+    """Write a figure to the folder of the documentation."""
     save_figure(figure, FOLDER / f"{name}.png")
     print(f"wrote docs/figures/{name}.png")
 

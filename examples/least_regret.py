@@ -1,7 +1,7 @@
-"""The worst regret that no method can undercut that does not know which of several gyros it has.
+"""Smallest worst-case regret of any method that does not know which of several gyros it has.
 
-``python examples/least_regret.py [--records 400]`` searches it between no drift and random walks
-of 3e-6 to 3e-4 deg/s/sqrt(s) under white noise of 0.01 deg/s/sqrt(Hz).
+``python examples/least_regret.py [--records 400]`` computes it for gyros without drift and with
+random walks of 3e-6 to 3e-4 deg/s/sqrt(s). The white noise is 0.01 deg/s/sqrt(Hz).
 """
 
 import argparse
@@ -28,21 +28,23 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """Least worst regret that any method can have over a set of models.
+    """Smallest worst-case regret that any method can have over a set of models.
 
     Attributes
     ----------
     models : tuple of GyroModel
-        The m gyros.
+        Models of the m gyros.
     weights : ndarray, shape (m,)
-        Share of each in the mean of squared regrets that was found hardest to keep low.
+        Weight of each model in the mean of squared regrets, chosen to make this mean hard to
+        reduce.
     lower : float
-        No method has a smaller worst regret.
+        Lower bound: no method has a smaller worst-case regret.
     sigma : float
         Standard error of `lower`, from the number of records.
     regret : ndarray, shape (m,)
-        Regret on each model of the method that is best under these weights. Its largest is what
-        a method reaches that knows the set, so the least possible lies between the two.
+        Regret on each model of the best method for these weights. A method that knows the set
+        reaches the largest of these values. The smallest possible regret is therefore between
+        `lower` and this value.
     """
 
     models: tuple[GyroModel, ...]
@@ -54,16 +56,17 @@ class Bound:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """What m filters say of k records of each of m models, at some instants.
+    """Results of m filters for k records of each of m models, at some instants.
 
     Attributes
     ----------
     estimates : ndarray, shape (instants, m, m, k)
-        Drift by the filter of the first model, on the records of the second, deg/s.
+        Drift by the filter of the first model, on records of the second model, deg/s.
     likelihood : ndarray, of the same shape
-        Log likelihood of the record so far under the filter's model, less what all share.
+        Log likelihood of the record until each instant under the filter's model, without common
+        terms.
     optimum : ndarray, shape (m,)
-        Error variance of each model's own filter, mean over the instants.
+        Error variance of each model's own filter, as mean over the instants.
     """
 
     estimates: Floats
@@ -79,44 +82,46 @@ def least_regret(
     rate: float = 0.5,
     records: int = 200,
 ) -> Bound:
-    """Return the worst regret that no method can undercut on all of several models.
+    """Return the smallest worst-case regret that any method can have on several models.
 
     Parameters
     ----------
     models : sequence of GyroModel
-        Two or more gyros of Gaussian noise: none that rounds or warms up. The method may know
-        them all, but not which one it has.
+        Two or more gyros with Gaussian noise, without rounding or warm-up. The method may know all
+        models, but not which model it has.
     duration, score_from : float
-        Length of a record and time from which errors count, s.
+        Length of a record, s, and time from which errors count, s.
     rate : float
-        Samples per second, Hz. The default serves drift that changes little in 2 s and white
-        noise, of which the samples then hold as much as the means of many.
+        Sampling rate, Hz. The default is sufficient if the drift changes little in 2 s. A sample of
+        white noise is then equivalent to the mean of many samples.
     records : int
-        Drawn from each model, once to choose the weights and once more for the answer.
+        Number of records of each model for the weights, and again for the result.
 
     Returns
     -------
     Bound
-        Also what the best method under the hardest weights reaches on each model.
+        Bound, with the regret of the best method for the hardest weights on each model.
 
     Raises
     ------
     ValueError
-        If there are fewer than two models or records, one rounds or warms up, or no sample counts.
+        If there are fewer than two models or records. Also if a model has rounding or a warm-up, or
+        no sample counts.
 
     Notes
     -----
-    Let V_m be the mean squared error of the optimum on model m, E_m(d) that of a method d. For any
-    weights w of sum 1 the worst of E_m(d)/V_m is at least sum w_m E_m(d)/V_m. This sum is a
-    Bayes risk, with a prior in proportion to w_m/V_m, so no d has less than the posterior mean d*:
+    Let V_m be the mean squared error of the optimum on model m, and E_m(d) the error of a method d.
+    For any weights w with sum 1, the maximum of E_m(d)/V_m is at least sum w_m E_m(d)/V_m. This sum
+    is a Bayes risk with a prior proportional to w_m/V_m. Its minimum is reached by the posterior
+    mean d*:
 
         max_m E_m(d)/V_m >= sum_m w_m E_m(d*)/V_m.
 
-    It holds for every method that moves with a constant added to the record, as all here do, and
-    for any larger set of models. E_m(d*) = V_m + E_m |d* - x_m|^2 with x_m the optimum's estimate,
-    so only the excess is averaged over records. The right side is concave in w, and its slope is
-    the ratio at each m: the weights grow where that is large, on records other than those that
-    give the answer.
+    This is valid for every method that follows a constant added to the record, and for any larger
+    set of models. With the optimum's estimate x_m, E_m(d*) = V_m + E_m |d* - x_m|^2, so only the
+    second term is averaged over records. The right side is concave in w, and its slope is the ratio
+    for each m. The weights therefore increase where the ratio is large. The result comes from other
+    records than the weights.
 
     Examples
     --------
@@ -140,18 +145,18 @@ def least_regret(
 def filtered_by_all(
     models: Sequence[GyroModel], rate: float, times: Indices, seeds: Iterable[int]
 ) -> Filtered:
-    """Draw records of every model and filter each with the filters of all.
+    """Draw records of every model, and filter each with the filters of all models.
 
     Parameters
     ----------
     models : sequence of GyroModel
-        The m gyros.
+        Models of the m gyros.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     times : ndarray of int, shape (instants,)
-        Samples after which the filters are read, ascending.
+        Sample counts after which the filters are read, in rising order.
     seeds : iterable of int
-        One a record of each model.
+        Seeds, one for each record of a model.
     """
     n, chosen = int(times[-1]) + 1, list(seeds)
     filters = [optimum(model, rate, n) for model in models]
@@ -164,11 +169,11 @@ def filtered_by_all(
 
 
 def _filtered(one: Optimum, signal: Floats, times: Indices) -> tuple[Floats, Floats]:
-    """Return estimate and log likelihood after each instant, shape (instants, k)."""
+    """Return estimate and log likelihood at each instant, shape (instants, k)."""
     drift, innovation = one.filtered(signal)
     variance = one.innovation_variance[1:, np.newaxis]
     steps = np.zeros_like(innovation)
-    # The first sample sets the level, which has no prior: it says nothing of the model.
+    # The first sample sets the level, which has no prior, so it does not rate the model.
     steps[1:] = -0.5 * (np.log(variance) + innovation[1:] ** 2 / variance)
     return drift[times], np.cumsum(steps, axis=0)[times]
 
@@ -189,15 +194,15 @@ def _hardest(found: Filtered) -> Floats:
     count = found.optimum.size
     weights = np.full(count, 1.0 / count)
     for _ in range(_ROUNDS):
-        # At the maximum the excess is the same wherever there is weight; models that no filter
-        # can tell apart have none at all.
+        # At the maximum all models with weight have the same excess. Models that no filter can
+        # distinguish have zero weight.
         weights *= _excess(found, weights).mean(axis=1) + _TINY
         weights /= weights.sum()
     return weights
 
 
 def _excess(found: Filtered, weights: Floats) -> Floats:
-    """Return the squared regret of the posterior mean less 1, shape (m, records)."""
+    """Return the squared regret of the posterior mean minus 1, shape (m, records)."""
     with np.errstate(divide="ignore"):
         prior = np.log(weights / found.optimum)
     scores = found.likelihood + prior[:, np.newaxis, np.newaxis]
@@ -210,7 +215,7 @@ def _excess(found: Filtered, weights: Floats) -> Floats:
 
 
 def main() -> None:
-    """Print the bound, and what each gyro costs the method that reaches nearly as little."""
+    """Print the bound, and the regret on each gyro of a method that nearly reaches it."""
     parser = argparse.ArgumentParser(description="The regret that no method can undercut.")
     parser.add_argument("--records", type=int, default=400, help="drawn from each gyro, twice")
     walks = np.geomspace(3e-6, 3e-4, 9)

@@ -1,10 +1,12 @@
-"""What calibrating a magnetometer by the gyro does to headings.
+"""Effect of a magnetometer calibration with the gyro on headings.
 
-``python examples/magnetometer_study.py [RECORDINGS]`` prints tables in Markdown: simulated motion
-with hard and soft iron, calibrated and learned live, two trials of BROAD where the folder of
-recordings is given, and the time it takes; draws ``docs/figures/magnetometer.png``. Headings are of
-`zerorate.Attitude`, nine axes, root mean squares in degrees. The sphere is one through all samples,
-taken off whether or not they point everywhere.
+``python examples/magnetometer_study.py [RECORDINGS]`` prints tables in Markdown, and draws
+``docs/figures/magnetometer.png``. The tables are about simulated motion with hard and soft iron,
+calibrated and learned live, and about the duration. With the folder of recordings, two trials of
+BROAD are added.
+
+Heading errors of `zerorate.Attitude` with nine axes are RMS in degrees. The sphere is fitted to all
+samples. Its centre is subtracted even if the samples do not cover all directions.
 """
 
 import math
@@ -34,28 +36,28 @@ FIGURE = Path(__file__).resolve().parents[1] / "docs" / "figures" / "magnetomete
 
 
 def with_mag(recording, data):
-    """Return the recording with other samples of the magnetometer."""
+    """Return the recording with other magnetometer samples."""
     logs = dict(recording)
     logs["mag"] = logs["mag"].with_data(data)
     return replace(recording, logs=logs)
 
 
 def by_sphere(recording):
-    """Return the recording without the centre of a sphere through its field."""
+    """Return the recording with the centre of a sphere subtracted from its field."""
     log = recording.mag
     found = fit_sphere(log.data[np.isfinite(log.data).all(axis=1)], len(log.data) / log.rate)
     return with_mag(recording, log.data - found.iron * found.norm)
 
 
 def heading(recording, where=None):
-    """Return the error of the heading against the north of the reference, deg."""
+    """Return the heading error relative to the reference's north, deg."""
     quaternion, truth, known = estimated(recording)
     known = known if where is None else known & where
     return error(quaternion, truth, known)
 
 
 def estimated(recording, **arguments):
-    """Return orientations, those of the reference, and where these are known."""
+    """Return the orientations, the reference orientations, and the mask of known references."""
     samples = Samples.of(recording)
     truth = samples.align(recording["reference"])
     attitude = zr.Attitude(samples.log.rate, **arguments)
@@ -70,9 +72,9 @@ def error(quaternion, truth, where):
 
 
 def learned(recording):
-    """Return the heading's error over all and over the second half, and from when on it is known.
+    """Return the heading errors over all and over the second half, and the time of learning.
 
-    The last is the second in which the hard iron is first taken off, NaN for never.
+    The last value is the time at which the hard iron is first subtracted, s; NaN if never.
     """
     quaternion, truth, known = estimated(recording, learn_magnetometer=True)
     raw = estimated(recording)[0]
@@ -83,12 +85,12 @@ def learned(recording):
 
 
 def large(seed):
-    """Return a hard iron of 15 uT an axis."""
+    """Return a hard iron of 15 uT per axis."""
     return np.random.default_rng(seed).normal(0.0, 15.0, 3)
 
 
 def small(seed):
-    """Return one of 2 to 5 uT: no more than a room does."""
+    """Return a hard iron of 2 to 5 uT, as small as the variation in a room."""
     direction = np.random.default_rng(50 + seed).normal(size=3)
     return (2.0 + 3.0 * seed / 7.0) * direction / np.linalg.norm(direction)
 
@@ -127,17 +129,17 @@ def of_learning(seeds):
 
 
 def heads(recording):
-    """Return the heading's error over all and over the second half, without learning."""
+    """Return the heading errors over all and over the second half, without learning."""
     quaternion, truth, known = estimated(recording)
     late = np.arange(len(truth)) >= len(truth) // 2
     return error(quaternion, truth, known), error(quaternion, truth, known & late)
 
 
 def simulated(kind, matrix, seeds):
-    """Return headings raw, by a sphere, calibrated and of the true field, and each iron's error.
+    """Return heading errors (raw, sphere, calibrated, true field), iron errors, and decisions.
 
-    Rows of the second are the root mean square of the known elements, uT, and how many of them
-    are within two deviations; the third is which were applied.
+    The iron errors have the RMS of the known elements, uT, and the number of elements within two
+    standard deviations. The decisions are True for applied calibrations.
     """
     rows, apart, z, applied = [], [], [], []
     for seed in range(seeds):
@@ -156,7 +158,7 @@ def simulated(kind, matrix, seeds):
 
 
 def root_mean_square(values):
-    """Return it of each column."""
+    """Return the root mean square of each column."""
     return np.sqrt(np.mean(np.square(values), axis=0))
 
 
@@ -214,7 +216,7 @@ def of_trials(folder):
 
 
 def of_speed():
-    """Print how long ten minutes take."""
+    """Print the duration of a calibration for ten minutes of data."""
     rows = []
     for kind in ("hand", "vehicle"):
         recording = zr.simulate_motion(kind, 100.0, 600.0, seed=5).recording()
@@ -230,7 +232,7 @@ def of_speed():
 
 
 def of_live_speed():
-    """Print what a sample costs with and without learning."""
+    """Print the duration of a sample with and without learning."""
     samples = Samples.of(zr.simulate_motion("hand", 100.0, 120.0, seed=5).recording())
     costs = {}
     for learns in (False, True, False, True, False, True):

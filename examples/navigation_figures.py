@@ -1,8 +1,8 @@
-"""The figures of `docs/how-to/navigation.md`: a track, and how errors grow in outages.
+"""Figures of `docs/how-to/navigation.md`: a track, and the growth of errors in outages.
 
-``python examples/navigation_figures.py [FOLDER]`` draws ``navigation_track.png``, a simulated drive
-as ``zerorate navigate`` draws it, and ``navigation_outages.png``, the filter with and without
-wheels beside what is held; default folder ``docs/figures``.
+``python examples/navigation_figures.py [FOLDER]`` draws two figures. ``navigation_track.png`` is a
+simulated drive, as ``zerorate navigate`` draws it. ``navigation_outages.png`` compares the filter
+with and without wheels with a held position and velocity. The default folder is ``docs/figures``.
 """
 
 import sys
@@ -15,7 +15,7 @@ from zerorate.show import plot_outages, plot_track, save_figure
 
 SEED, DURATION = 5, 400.0
 LENGTHS = (30.0,)
-# What the filter takes a sensor for of which it is told nothing.
+# Noise that the filter assumes for a sensor without a model.
 GYRO = zr.NoiseModel(angle_random_walk=np.radians(0.05), rate_random_walk=1e-5)
 ACCEL = zr.NoiseModel(angle_random_walk=0.02, rate_random_walk=5e-4, quantity="acceleration")
 

@@ -1,9 +1,9 @@
-"""Consistency of the navigation filter with aids, on fourteen seeded scenarios.
+"""Consistency of the navigation filter with aids, in fourteen seeded scenarios.
 
-``python examples/navigation_scenarios.py [SEEDS]`` prints three tables in Markdown, with 50 seeds
-in some minutes on two cores. Vehicles are those of ``vehicles.py`` and cars of
-``zr.simulate_drive``; the filter has the true noise of its sensors, and a start that is off by what
-it states.
+``python examples/navigation_scenarios.py [SEEDS]`` prints three tables in Markdown. With 50 seeds
+it takes some minutes on two cores. The vehicles are from ``vehicles.py`` and ``zr.simulate_drive``.
+The filter has the true noise of its sensors. Its start has errors with the stated standard
+deviations.
 """
 
 import sys
@@ -37,7 +37,7 @@ RATE, SECONDS, REST = 50.0, 150.0, 15.0
 STEP_S = 1.0
 SETTLED_S = 25.0
 GAP_S = 5.0
-"""Seconds without fixes, after which the filter takes none alone."""
+"""Gap after which the filter does not trust a single fix, s."""
 GRAVITY = 9.80665
 COMPASS_OFFSET_RAD, COMPASS_NOISE_RAD = 0.035, 0.05
 GYRO = zr.NoiseModel(angle_random_walk=2e-4, rate_random_walk=2e-6)
@@ -50,7 +50,7 @@ SIGMAS = {"level_sigma": 0.005, "heading_sigma": 0.05, "gyro_bias_sigma": 1e-4}
 
 @dataclass
 class Case:
-    """A simulated vehicle with its start, the fixes and aids of the filter, and its options."""
+    """A simulated vehicle with start, fixes and aids for the filter, and the filter's options."""
 
     drive: zr.simulation.SimulatedDrive
     start: Alignment
@@ -63,7 +63,7 @@ class Case:
 
 
 def simulated(kind, seed, *, motion=None, seconds=SECONDS, rest=REST, **options):
-    """Return a simulated vehicle of 50 Hz; ``motion`` is a way of its own."""
+    """Return a simulated vehicle at 50 Hz; ``motion`` replaces its usual motion."""
     known = {"rest": rest, **NOISE, **BIASES, **options}
     if motion is None and kind == "car":
         return zr.simulate_drive(RATE, seconds, seed=seed, **known)
@@ -75,7 +75,7 @@ def simulated(kind, seed, *, motion=None, seconds=SECONDS, rest=REST, **options)
 
 
 def launched(random, speed):
-    """Return the way of an aeroplane that a hand throws with 3 g after 5 s."""
+    """Return the motion of an aeroplane that is thrown by hand with 3 g after 5 s."""
     begin, throw = 5.0, speed / (3.0 * GRAVITY)
     roll, climb = vehicles.waves(random, 0.15, 0.02, 0.08), vehicles.waves(random, 0.8, 0.01, 0.05)
     turn, heading = vehicles.turns(random, 12.0, 8.0), random.uniform(0.0, 2.0 * np.pi)
@@ -91,7 +91,7 @@ def launched(random, speed):
 
 
 def reversing(random, speed):
-    """Return the way of a robot that drives forward and back."""
+    """Return the motion of a robot that drives forward and backward."""
     turn, pace = vehicles.turns(random, 8.0, 4.0), vehicles.waves(random, 0.8, 0.02, 0.06)
     roll, pitch = (vehicles.waves(random, 0.02, 0.1, 1.0) for _ in "rp")
     heading = random.uniform(0.0, 2.0 * np.pi)
@@ -105,12 +105,12 @@ def reversing(random, speed):
 
 
 def stopping(random, speed):
-    """Return the way of a robot that stands from 40 to 110 s after its start."""
+    """Return the motion of a robot that stands from 40 to 110 s after its start."""
     inner = vehicles.robot(random, speed)
     ease, first, last = 4.0, 40.0, 110.0
 
     def at(t):
-        # Time passes more slowly, and not at all between the two.
+        # Time is slower near the stop, and does not advance during it.
         a, b = ((np.clip((t - x) / ease, 0.0, 1.0)) for x in (first, last))
         pace = 1.0 - a * a * (3.0 - 2.0 * a) + b * b * (3.0 - 2.0 * b)
         lost = [ease * (x**3 - 0.5 * x**4) + np.clip(t - y - ease, 0.0, None)
@@ -125,7 +125,7 @@ def stopping(random, speed):
 
 
 def start_at(drive, seconds, seed, *, heading_known=True):
-    """Return a start with errors drawn from its standard deviations."""
+    """Return a start with random errors by its standard deviations."""
     k, random = round(seconds * RATE), np.random.default_rng([seed, 77])
     off = np.append(random.normal(0.0, 0.005, 2), SIGMAS["heading_sigma"] * drawn(seed, 2.0**0.5))
     turned = product(from_rotation_vectors(off[np.newaxis])[0], drive.truth_quaternion[k])
@@ -143,7 +143,7 @@ def start_at(drive, seconds, seed, *, heading_known=True):
 
 
 def drawn(seed, step):
-    """Return a normal number of variance one over few seeds, for what is constant in a run."""
+    """Return a normal number that has variance one over a few seeds, for constants of a run."""
     return NormalDist().inv_cdf((0.5 + (seed + 1) * step) % 1.0)
 
 
@@ -154,7 +154,7 @@ def without(fixes, *spans):
 
 
 def disturbed(fixes, spans, seed, sigma, *, keep=1.0, wrong=0.0, understated=1.0):
-    """Return fixes with more noise in some spans, which they state; some are lost, some wrong."""
+    """Return fixes with more noise in some spans; some fixes are lost, some are wrong."""
     random = np.random.default_rng([seed, 5])
     inside = np.any([(fixes.time > a) & (fixes.time <= b) for a, b in spans], axis=0)
     off = sigma * random.standard_normal((len(fixes), 3)) * inside[:, np.newaxis]
@@ -170,7 +170,7 @@ def disturbed(fixes, spans, seed, sigma, *, keep=1.0, wrong=0.0, understated=1.0
 
 
 def at_times(drive, values, sigma=None):
-    """Return readings at the samples at which there are any."""
+    """Return readings at the samples that have them."""
     present = np.isfinite(values.reshape(len(drive.time), -1)).all(axis=1)
     return Aid(drive.time[present], values[present], sigma)
 
@@ -182,14 +182,14 @@ def pressure(drive, seed, **faults):
 
 
 def compass(drive, seed, **faults):
-    """Return the headings of a compass, whose offset is drawn."""
+    """Return the headings of a compass with a random offset."""
     offset = COMPASS_OFFSET_RAD * drawn(seed, 3.0**0.5)
     known = {"rate": 5.0, "sigma": COMPASS_NOISE_RAD, "offset": offset, "seed": seed}
     return at_times(drive, compass_heading(drive, **known, **faults), COMPASS_NOISE_RAD)
 
 
 def case(kind, seed, *, begin=REST, heading_known=True, fixes=None, aids=None, options=None, **how):
-    """Return a case: ``fixes`` and ``aids`` are made of the drive."""
+    """Return a case; ``fixes`` and ``aids`` are functions of the drive."""
     drive = simulated(kind, seed, **how)
     start = start_at(drive, begin - 1.0, seed, heading_known=heading_known)
     changed = drive.fixes if fixes is None else fixes(drive)
@@ -197,19 +197,19 @@ def case(kind, seed, *, begin=REST, heading_known=True, fixes=None, aids=None, o
 
 
 def carried(drive, seed, **faults):
-    """Return barometer and compass without faults."""
+    """Return a barometer and a compass without faults."""
     return {"pressure": pressure(drive, seed), "heading": compass(drive, seed, **faults)}
 
 
 def start_in_motion(seed):
-    """Return a drone that never rests, whose start is found."""
+    """Return a drone that never rests, with an estimated start."""
     drive = simulated("drone", seed, rest=0.0)
     start = find_start(drive.recording(), drive.fixes, **NOISE)
     return Case(drive, start, drive.fixes, carried(drive, seed))
 
 
 def two_antennas(seed):
-    """Return a boat with two antennas a metre apart, across."""
+    """Return a boat with two antennas, one metre apart across the boat."""
     arm = (0.2, 1.0, 0.0)
     made = case("boat", seed)
     vectors = antenna_baseline(made.drive, arm, seed=seed, sigma=0.02)
@@ -219,7 +219,7 @@ def two_antennas(seed):
 
 
 def canyon(seed, **how):
-    """Return a car among houses: half of the fixes lost, one in twelve off by 60 m."""
+    """Return a car among houses: half of the fixes are lost, one of twelve is wrong by 60 m."""
     known = {"sigma": 12.0, "keep": 0.5, "wrong": 0.08, **how}
     return case(
         "car", seed, aids=carried, fixes=lambda d: disturbed(d.fixes, CANYON, seed, **known)
@@ -227,7 +227,7 @@ def canyon(seed, **how):
 
 
 def jammed(seed, **how):
-    """Return a car whose receiver is noisier, silent for 30 s, and noisier again."""
+    """Return a car with a receiver that is noisy, silent for 30 s, and noisy again."""
     noisier = {"sigma": 10.0, **how}
 
     def fixes(drive):
@@ -288,7 +288,7 @@ def errors_of(nav, drive, k):
 
 
 def run(made):
-    """Return NEES a second, and errors, standard deviations and verdicts of the outputs."""
+    """Return NEES per second, and errors, standard deviations and verdicts of the outputs."""
     drive = made.drive
     nav = zr.NavigationFilter(made.start, **{**NOISE, **BAROMETER, **made.options})
     fixes, aids = pack_fixes(made.fixes), AidRows.of(made.aids, drive.time).rows
@@ -325,7 +325,7 @@ def output_errors(e, drive, k, nav):
 
 
 def settled_fixes(made):
-    """Return the fixes after the filter has settled, without the first two after a gap."""
+    """Return the fixes after settling, without the first two fixes after a gap."""
     time = made.fixes.time
     gaps = np.flatnonzero(np.diff(time) > GAP_S) + 1
     dropped = np.isin(np.arange(len(time)), np.concatenate([gaps, gaps + 1]))
@@ -340,7 +340,7 @@ def fix_errors(fixes, drive):
 
 
 def study(work, understates, name, seed):
-    """Return the numbers of one run, which `work` makes of a case."""
+    """Return the numbers of one run, which `work` computes from a case."""
     made = (UNDERSTATED if understates else SCENARIOS)[name](seed)
     rows = work(made)
     fixes = settled_fixes(made)
@@ -349,7 +349,7 @@ def study(work, understates, name, seed):
 
 
 def rms(values):
-    """Return the root mean square, NaN left out."""
+    """Return the root mean square without NaN."""
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
@@ -368,7 +368,7 @@ UNDERSTATED = {
     "car, urban canyon": partial(canyon, understated=2.5),
     "car, receiver jammed for 30 s": partial(jammed, understated=2.5),
 }
-"""Receivers that state 2/5 of their noise, suddenly."""
+"""Receivers that suddenly state 2/5 of their noise."""
 
 
 OUTAGES_S = (10.0, 30.0, 60.0)
@@ -389,7 +389,7 @@ def heights(options, seed):
 
 
 def headings(seed):
-    """Return errors and σ of the heading of a robot that stands, with a compass, each 10 s."""
+    """Return errors and σ of a standing robot's heading with a compass, every 10 s."""
     made = SCENARIOS["robot, stands for 70 s"](seed)
     found = run(made)
     stands = (found[:, 0] > 60.0) & (found[:, 0] < 115.0)
@@ -399,7 +399,7 @@ def headings(seed):
 
 
 def main(seeds=SEEDS, work=run):
-    """Print the tables of a filter, which `work` runs."""
+    """Print the tables of a filter that `work` runs."""
     head = ("scenario", "ANEES", "position", "height", "velocity", "tilt", "heading")
     head += ("usable", "usable, but off", "not, but within", "track, m", "fixes, m")
     rows = []
@@ -426,7 +426,7 @@ def row_of(pool, name, work, seeds, understates=False):
 
 
 def print_aids(pool, seeds):
-    """Print what a barometer does for the height without fixes, and a compass at rest."""
+    """Print the effect of a barometer on the height without fixes, and of a compass at rest."""
     rows = []
     noises = {"true noise": {}, "default noise": {"gyro": None, "accel": None}}
     for name, options in noises.items():
@@ -444,7 +444,7 @@ def print_aids(pool, seeds):
 
 
 def compared(bare, held, error):
-    """Return the cells of σ without and with an aid, their ratio, and its error over σ."""
+    """Return the cells of σ without and with an aid, their ratio, and the error over σ."""
     ratio = rms(held) / rms(bare)
     return f"{rms(bare):.2f}", f"{rms(held):.2f}", f"{ratio:.2f}", f"{rms(error / held):.2f}"
 

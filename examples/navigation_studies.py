@@ -2,7 +2,7 @@
 
 ``python examples/navigation_studies.py [FOLDER]`` prints a table in Markdown, in some minutes.
 FOLDER has the recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet``, as for
-``navigation_tables.py``. Default: ../shared/data next to the checkout; without them the rows of the
+``navigation_tables.py``. Default: ../shared/data next to the checkout. Without them the rows of the
 recorded drive are left out.
 """
 
@@ -27,7 +27,7 @@ from zerorate.record import TimeOffset
 RATE, LONG, SHORT = 100.0, 400.0, 150.0
 DRIVES = 40
 AXLE = (0.0, 0.0, 0.0)
-"""A simulated car turns about its sensors."""
+"""Position of the axle, m; a simulated car rotates about its sensors."""
 LENGTHS = (10.0, 30.0, 60.0)
 ANTENNA = np.array([1.0, 0.3, -1.2])
 Row = tuple[str, str]
@@ -45,26 +45,26 @@ def main(folder):
 
 
 def many(work, cases):
-    """Return what some work makes of each case, on two threads."""
+    """Return the result of `work` for each case, on two threads."""
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(work, cases))
 
 
 def rms(values):
-    """Return the root mean square, NaN left out."""
+    """Return the root mean square without NaN."""
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
 def numbers(values, digits=2):
-    """Return some numbers with commas."""
+    """Return numbers as text with commas."""
     return ", ".join(f"{x:.{digits}f}" for x in np.atleast_1d(values))
 
 
-# Starts.
+# Rows about starts.
 
 
 def starts() -> Iterator[Row]:
-    """Sixty starts of simulated drives, at rest and in motion."""
+    """Return the rows of sixty starts of simulated drives, at rest and in motion."""
     cases = [(seed, begin) for seed in range(20) for begin in (0.0, 100.0, 200.0)]
     found = np.array(many(started, cases))
     seconds, at_once, later = found.T
@@ -87,7 +87,7 @@ def starts() -> Iterator[Row]:
 
 
 def started(case):
-    """Return seconds to the decision, and the error of the heading then and a minute later, deg."""
+    """Return the time of the decision, s, and the heading errors then and a minute later, deg."""
     seed, begin = case
     drive = zr.simulate_drive(RATE, LONG, seed=seed)
     fixes = drive.fixes.between(begin)
@@ -104,7 +104,7 @@ def started(case):
     )
 
 
-# What is checked before the filter runs.
+# Rows about checks before the filter runs.
 
 ONE = np.eye(3)
 FLIP = np.diag([1.0, -1.0, 1.0])
@@ -114,7 +114,7 @@ TO_RADIANS = np.diag([np.radians(1.0), np.radians(1.0), 1.0])
 
 
 def turned(imu, gyro=ONE, accel=ONE):
-    """Return a recording whose sensors are multiplied by matrices."""
+    """Return a recording with the sensors multiplied by matrices."""
     gyro_log, accel_log = (
         imu[name].with_data(imu[name].data @ matrix.T)
         for name, matrix in (("gyro", gyro), ("accel", accel))
@@ -123,7 +123,7 @@ def turned(imu, gyro=ONE, accel=ONE):
 
 
 def frozen(imu, name):
-    """Return a recording one of whose sensors stops for twenty seconds."""
+    """Return a recording with a sensor that is frozen for twenty seconds."""
     log = imu[name]
     data = log.data.copy()
     k = np.searchsorted(log.time, [log.time[0] + 0.4 * np.ptp(log.time)])[0]
@@ -133,14 +133,14 @@ def frozen(imu, name):
 
 
 def by(fixes, position=ONE, velocity=ONE):
-    """Return fixes whose positions or velocities are multiplied by a matrix."""
+    """Return fixes with positions or velocities multiplied by a matrix."""
     return replace(
         fixes, position=fixes.position @ position.T, velocity=fixes.velocity @ velocity.T
     )
 
 
 def jumped(fixes):
-    """Return fixes whose clock jumps by 3 s in the middle."""
+    """Return fixes with a clock that jumps by 3 s in the middle."""
     middle = 0.5 * (fixes.time[0] + fixes.time[-1])
     kept = (fixes.time < middle - 3.0) | (fixes.time >= middle)
     some = fixes.chosen(kept)
@@ -179,7 +179,7 @@ MISTAKES = {
 
 
 def named(imu, fixes):
-    """Return how many mistakes are named, each alone."""
+    """Return the number of mistakes that are detected, each alone."""
     count = 0
     for what, changes in MISTAKES.items():
         for change in changes:
@@ -189,7 +189,7 @@ def named(imu, fixes):
 
 
 def checks() -> Iterator[Row]:
-    """Mistakes that are named, those that are not there, and fixes of another recording."""
+    """Return the rows of detected mistakes, false alarms, and fixes of another recording."""
     drives = {seed: zr.simulate_drive(50.0, LONG, seed=seed) for seed in range(3)}
     counts = [named(drive.recording(), drive.fixes) for drive in drives.values()]
     total = sum(map(len, MISTAKES.values()))
@@ -204,22 +204,22 @@ def checks() -> Iterator[Row]:
 
 
 def right(seed, seconds):
-    """Return the mistakes that are found where there is none."""
+    """Return the mistakes reported for a drive without mistakes."""
     drive = zr.simulate_drive(50.0, seconds, seed=seed)
     return zr.navigation.check_navigation(drive.recording(), drive.fixes).mistakes
 
 
 def matched(seed, seconds):
-    """Return whether fixes of another drive are taken for those of this one."""
+    """Return True if fixes of another drive are accepted for this drive."""
     drive, other = (zr.simulate_drive(50.0, seconds, seed=k) for k in (seed, 1000 + seed))
     return np.isfinite(zr.navigation.check_navigation(drive.recording(), other.fixes).lag)
 
 
-# Axes.
+# Rows about axes.
 
 
 def axes() -> Iterator[Row]:
-    """Axes of sensors that are mounted at random."""
+    """Return the rows of sensors with random mounting."""
     found = np.array(many(axes_off, range(DRIVES)))
     yaw, tilt, sigma, certain = found.T
     worst = np.abs(yaw).max()
@@ -232,7 +232,7 @@ def axes() -> Iterator[Row]:
 
 
 def axes_off(seed):
-    """Return errors of yaw and tilt, deg, the deviation of the yaw, and whether it is certain."""
+    """Return errors of yaw and tilt, deg, sigma of the yaw, and True if it is certain."""
     drive = zr.simulate_drive(50.0, LONG, seed=seed, body_from_sensor="random")
     axes = zr.navigation.check_navigation(drive.recording(), drive.fixes, mounted=False).axes
     turn = Rotation.from_matrix(axes.body_from_sensor @ drive.body_from_sensor.T)
@@ -240,11 +240,11 @@ def axes_off(seed):
     return z, np.hypot(x, y), np.degrees(axes.yaw_sigma), axes.certain
 
 
-# Clocks.
+# Rows about clocks.
 
 
 def clocks() -> Iterator[Row]:
-    """Two offsets and a rate, of a receiver of 2 m and of RTK."""
+    """Return the rows of two offsets and a rate, for receivers of 2 m and of RTK."""
     for name, options in (
         ("clock", {}),
         (
@@ -256,7 +256,7 @@ def clocks() -> Iterator[Row]:
         found = np.array(many(lambda seed, given=options: clock_off(seed, **given), range(DRIVES)))
         off, sigma = found[:, :3], found[:, 3:]
         known = np.isfinite(off[:, 0])
-        # An uncertain rate is given as none, with its standard deviation.
+        # An uncertain rate is reported as zero, with its standard deviation.
         p, v, r = (rms(errors) for errors in off[known].T)
         yield (
             f"{name}, {DRIVES} drives: position, velocity s RMS, rate",
@@ -268,7 +268,7 @@ def clocks() -> Iterator[Row]:
 
 
 def clock_off(seed, duration=LONG, **options):
-    """Return the errors of both offsets and of the rate, and their deviations."""
+    """Return the errors of both offsets and of the rate, with their standard deviations."""
     random = np.random.default_rng(seed)
     true = TimeOffset(
         random.uniform(-0.3, 0.3),
@@ -293,11 +293,11 @@ def clock_off(seed, duration=LONG, **options):
     return (*off, found.sigma, found.velocity_sigma, found.rate_sigma)
 
 
-# Wheels.
+# Rows about wheels.
 
 
 def wheels() -> Iterator[Row]:
-    """Their scale, and outages against the truth."""
+    """Return the rows of the wheels' scale, and of outages relative to the truth."""
     for name, slips in (
         ("clean", 0),
         ("6 slips", 6),
@@ -311,7 +311,7 @@ def wheels() -> Iterator[Row]:
 
 
 def scale_off(seed, slips):
-    """Return error and deviation of the scale, and where the last minute without fixes ends, m."""
+    """Return error and sigma of the scale, and the error after the last minute without fixes, m."""
     drive = zr.simulate_drive(RATE, LONG, seed=seed)
     imu = drive.recording()
     count = zr.simulation.wheel_ticks(drive, scale=0.02, axle=AXLE, slips=slips, seed=seed)
@@ -325,11 +325,11 @@ def scale_off(seed, slips):
     return run.wheel_constants[0] - 0.02, run.wheel_constants_sigma[0], end
 
 
-# The antenna.
+# Rows about the antenna.
 
 
 def antennas() -> Iterator[Row]:
-    """Where it is, given rightly, given wrongly, and found."""
+    """Return the rows of an antenna that is stated correctly, stated wrongly, and estimated."""
     found = np.array(many(antenna_found, range(20)))
     errors, off, sigma = found[:, :3], found[:, 3:6], found[:, 6:]
     yield (
@@ -343,7 +343,7 @@ def antennas() -> Iterator[Row]:
 
 
 def antenna_found(seed):
-    """Return RMS errors in the plane, the antenna found less the true one, and its deviations."""
+    """Return horizontal RMS errors, the error of the estimated antenna, and its sigma, m."""
     drive = zr.simulate_drive(RATE, LONG, seed=seed, antenna=ANTENNA)
     imu = drive.recording()
     start = find_start(imu, drive.fixes)
@@ -359,18 +359,18 @@ def antenna_found(seed):
 SIMULATED = (starts, checks, axes, clocks, wheels, antennas)
 
 
-# The recorded drive.
+# Rows about the recorded drive.
 
 
 def recorded(folder):
-    """Return recording, fixes and what the metadata say."""
+    """Return recording, fixes and the metadata on the mounting."""
     mounting = zr.io.read_mounting(folder / IMU)
     imu = zr.record.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     return imu, zr.read_fixes(folder / GNSS), mounting
 
 
 def drive_checks(imu, fixes, mounting) -> Iterator[Row]:
-    """Mistakes and axes of the recorded drive."""
+    """Return the rows of mistakes and axes of the recorded drive."""
     total = sum(map(len, MISTAKES.values()))
     yield "drive: mistakes, each named alone", f"{named(imu, fixes)} of {total}"
     parts = ((0.0, 600.0), (0.0, 270.0), (270.0, 600.0), (150.0, 350.0))
@@ -385,7 +385,7 @@ def drive_checks(imu, fixes, mounting) -> Iterator[Row]:
 
 
 def drive_starts(imu, fixes, mounting) -> Iterator[Row]:
-    """Outages of 10 s of the drive, begun where one likes."""
+    """Return the rows of 10 s outages after starts at any time of the drive."""
     lever, offset = mounting.antenna, mounting.time_offset
     found = []
     for begin in (0.0, 100.0, 140.0, 230.0, 300.0):
@@ -401,7 +401,7 @@ def drive_starts(imu, fixes, mounting) -> Iterator[Row]:
 
 
 def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
-    """Its clocks, what wheels are worth with and without them, and the antenna."""
+    """Return the rows of its clocks, its antenna, and the gain from wheels with these clocks."""
     lever = mounting.antenna
     clock = find_time_offset(imu, fixes, find_start(imu, fixes, antenna=lever), antenna=lever)
     yield (
@@ -436,7 +436,7 @@ def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
 
 
 def drive_returns(imu, fixes, mounting) -> Iterator[Row]:
-    """Positions after outages of 30 s, right and wrong."""
+    """Return the rows of positions after outages of 30 s, right and wrong."""
     for name, wrong in (
         ("right", 0),
         ("the first 100 m off", 1),
@@ -450,7 +450,7 @@ def drive_returns(imu, fixes, mounting) -> Iterator[Row]:
 
 
 def returned(imu, fixes, mounting, wrong):
-    """Return the worst errors after outages of 30 s whose first fixes are wrong."""
+    """Return the largest errors after outages of 30 s that end with wrong fixes."""
     lever, offset = mounting.antenna, mounting.time_offset
     start = find_start(imu, fixes, antenna=lever, time_offset=offset)
     starts = np.arange(100.0, fixes.time[-1] - 62.0, 75.0)

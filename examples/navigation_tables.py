@@ -1,9 +1,9 @@
-"""How good a track is: in outages on a recorded drive, and against the truth of simulated ones.
+"""Accuracy of a track in outages on a recorded drive, and relative to the truth in simulations.
 
 ``python examples/navigation_tables.py [FOLDER]`` prints six tables in Markdown. FOLDER has the
 recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet`` (rtklibexplorer/GNSS_IMU,
-data/drive_0708): a car with a consumer sensor, RTK at 4 Hz, and in the metadata mounting, antenna
-and clock. Default: ../shared/data beside the checkout.
+data/drive_0708). They are from a car with a consumer sensor and RTK at 4 Hz. The metadata have
+mounting, antenna and clock. Default: ../shared/data next to the checkout.
 """
 
 import math
@@ -20,26 +20,26 @@ from zerorate.geometry.earth import offset_position
 
 IMU, GNSS = "drive_imu_100hz.parquet", "drive_gnss_4hz.parquet"
 RESTED = (0.0, 36.0)
-"""The car stands; its first bend of the road comes after."""
+"""Span in which the car stands, s; its first curve comes later."""
 AXLE = (-1.0, 0.0, 1.3)
 LENGTHS = (10.0, 30.0, 60.0)
 SEEDS = (0, 1, 2)
 GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
 ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
-"""Noise of simulated drives."""
+"""Accelerometer noise of simulated drives."""
 ACCEL_BIAS = 0.02
 COASTS = (5.0, 10.0, 30.0, 60.0)
 COAST_RECEIVERS = {
     "2 m, 1 Hz": {},
     "2 cm, 4 Hz": {"fixes_rate": 4.0, "position_sigma": 0.02, "velocity_sigma": 0.02},
 }
-"""Seconds without fixes, and receivers, of which the error over sigma is told."""
+"""Length of outages, s, and receivers, for the table of error over sigma."""
 SETTLED = 120.0
-"""Seconds from which on errors of simulated drives count."""
+"""Time from which errors of simulated drives count, s."""
 
 
 def read_drive(folder):
-    """Return sensors in the axes of the body, fixes, mounting, and the start from a rest."""
+    """Return sensors in the body's axes, fixes, mounting, and the start from a rest."""
     mounting = zr.io.read_mounting(folder / IMU)
     imu = zr.record.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     fixes = zr.read_fixes(folder / GNSS)
@@ -48,7 +48,7 @@ def read_drive(folder):
 
 
 def outages_of_the_drive(folder, seconds, **options):
-    """Return the outages of the recorded drive, by the inertial sensors alone."""
+    """Return the outages of the recorded drive with the inertial sensors alone."""
     imu, fixes, mounting, start = read_drive(folder)
     nav = zr.NavigationFilter(start, antenna=mounting.antenna)
     asked = {"seconds": seconds, "nav": nav, "time_offset": mounting.time_offset, **options}
@@ -110,7 +110,7 @@ def drive_rows(folder):
 
 
 def speeds(imu, fixes, offset):
-    """Return the receiver's speed as that of wheels at 10 Hz, with 0.1 m/s of noise more."""
+    """Return the receiver's speed as wheel speed at 10 Hz, with additional noise of 0.1 m/s."""
     time = imu.gyro.time
     at = np.arange(0, len(time), 10)
     told = np.full(len(time), np.nan)
@@ -120,14 +120,14 @@ def speeds(imu, fixes, offset):
 
 
 def cell(one, name):
-    """Return rms, median and largest, and of the filter the error over its sigma."""
+    """Return RMS, median and maximum; for the filter also the error over sigma."""
     values = (one.rms(name), one.median(name), one.largest(name))
     over = f"; {one.error_over_sigma():.1f}" if name == "filter" else ""
     return " / ".join(f"{x:.1f}" if x < 100.0 else f"{x:.0f}" for x in values) + over
 
 
 def coasting_rows(folder):
-    """Yield error over sigma, RMS and share in the ellipse on the drive, three series each."""
+    """Yield error over sigma, RMS and share in the ellipse on the drive, for three series."""
     imu, fixes = zr.read_recording(folder / IMU), zr.read_fixes(folder / GNSS)
     for name, noise in (("default", "stated"), ("bank", "stated"), ("by coasting", "auto")):
         begun = zr.navigation.find_beginning(imu, fixes, noise=noise)
@@ -148,7 +148,7 @@ def coasting_rows(folder):
 
 
 def bank(begun):
-    """Return a bank of four filters with a beginning whose noise is stated."""
+    """Return a bank of four filters with a start and the stated noise."""
     known = {"antenna": begun.antenna, "antenna_sigma": begun.antenna_sigma}
     return zr.navigation.NavigationBank(
         begun.start, consider_antenna=begun.consider_antenna, **known
@@ -179,7 +179,7 @@ def vibration_rows(folder):
 
 
 def simulated_coasting_rows():
-    """Yield the same of simulated drives, whose noise is told times a factor, or not at all."""
+    """Yield the same values for simulated drives with scaled or unknown noise models."""
     for receiver, options in COAST_RECEIVERS.items():
         drives = [zr.simulate_drive(duration=400.0, seed=seed, **options) for seed in range(4)]
         for factor in (0.3, 1.0, 5.0, None):
@@ -207,7 +207,7 @@ def simulated_coasting_rows():
 
 
 def ratio_cell(outages):
-    """Return error over sigma, RMS and the share of ends in the ellipse of 95 %."""
+    """Return error over sigma, RMS, and the share of end errors in the 95 % ellipse."""
     count = np.array([one.n for one in outages])
 
     def mean(values):
@@ -229,7 +229,7 @@ def scaled_noise(factor):
 
 
 def simulated_rows():
-    """Yield the rows of simulated drives: filter and smoother, a seed each and all of them."""
+    """Yield the rows of simulated drives: filter and smoother, for each seed and for all."""
     squares = []
     for seed in SEEDS:
         drive = zr.simulate_drive(duration=400.0, seed=seed)
@@ -244,7 +244,7 @@ def simulated_rows():
 
 
 def told(drive, **options):
-    """Return a filter that is told the noise of the sensors, and what their biases may be."""
+    """Return a filter with the true noise of the sensors and bounds of their biases."""
     start = zr.align(
         drive.recording(), latitude=48.0, heading="course", accel_bias_sigma=ACCEL_BIAS
     )
@@ -252,7 +252,7 @@ def told(drive, **options):
 
 
 def receiver_rows():
-    """Yield what receivers that are not as they say cost: RMS in the plane over all seeds."""
+    """Yield the effect of receivers with wrong standard deviations: horizontal RMS of all seeds."""
     drives = [zr.simulate_drive(duration=400.0, seed=seed) for seed in SEEDS]
     for name, spoilt in RECEIVERS.items():
         found = []
@@ -267,7 +267,7 @@ def receiver_rows():
 
 
 def says(position, velocity):
-    """Return a receiver that tells other deviations than it has."""
+    """Return a receiver with wrong stated standard deviations."""
 
     def spoilt(fixes, _):
         n = len(fixes)
@@ -281,7 +281,7 @@ def says(position, velocity):
 
 
 def spikes(fixes, random):
-    """Return fixes of which one in twenty is 30 m off."""
+    """Return fixes with an error of 30 m in one of twenty."""
     which = random.random(len(fixes)) < 0.05
     off = random.standard_normal((len(fixes), 3))
     off *= 30.0 / np.linalg.norm(off, axis=1, keepdims=True)
@@ -318,7 +318,7 @@ ADAPTS = {
 
 
 def errors(track, drive):
-    """Return the RMS errors in the plane, m, of velocity, m/s, and of the gyro's bias, deg/h."""
+    """Return the RMS errors: horizontal, m, velocity, m/s, and gyro bias, deg/h."""
     there = track.time > SETTLED
     off = track.errors(drive.truth_position, drive.truth_velocity)[there]
     bias = (track.gyro_bias - drive.gyro_bias)[there]

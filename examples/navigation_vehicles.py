@@ -1,7 +1,7 @@
 """Outages, starts in motion and unstated antennas of simulated vehicles.
 
 ``python examples/navigation_vehicles.py`` prints five tables in Markdown, in some minutes. Errors
-are those against the true tracks of the cars, robots, drones and boats of ``vehicles.py``.
+are relative to the true tracks of the cars, robots, drones and boats of ``vehicles.py``.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ SECONDS = 300.0
 LENGTHS = (5.0, 10.0, 30.0)
 SEEDS = range(6)
 ELLIPSE = 5.991
-"""Square of the radius of the ellipse of 95 % in the plane, standard deviations."""
+"""Squared radius of the horizontal 95 % ellipse, in standard deviations."""
 SETTLED = 80.0
 FINE = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 5.0}
 RECEIVERS = {"2 m, 1 Hz": {}, "2 cm, 5 Hz": FINE}
@@ -35,7 +35,7 @@ ANTENNAS = {
 
 
 def outage_rows():
-    """Yield errors at the ends of outages, and of the smoothed track inside, in their σ."""
+    """Yield errors at the ends of outages, and of the smoothed track in them, in σ."""
     everything, drive_count = [[] for _ in LENGTHS], 0
     for kind in ("car", "robot", "drone", "boat"):
         for receiver, options in RECEIVERS.items():
@@ -60,17 +60,17 @@ def outage_rows():
 
 
 def inside_ellipse(scaled):
-    """Return the share of errors, in σ, within the ellipse that the figures draw."""
+    """Return the share of errors, in σ, inside the ellipse of the figures."""
     return np.mean((scaled**2).sum(axis=1) < ELLIPSE)
 
 
 def coasted(drive):
-    """Return the errors in outages of a drive that begins as with `zr.navigate`."""
+    """Return the outage errors of a drive that starts as in `zr.navigate`."""
     return errors_in_outages(drive, find_beginning(drive.recording(), drive.fixes), LENGTHS)
 
 
 def errors_in_outages(drive, begun, seconds):
-    """Return errors at the ends, m and in σ, and smoothed ones inside in σ, of each length."""
+    """Return for each length the end errors, m and in σ, and the smoothed errors in σ."""
     known, given = {"seconds": seconds, "threads": 1}, {"time_offset": begun.time_offset}
     nav = begun.filter()
     found = zr.navigation.outages(begun.recording, drive.fixes, nav=nav, **known, **given)
@@ -90,7 +90,7 @@ def errors_in_outages(drive, begun, seconds):
 
 
 def start_rows():
-    """Yield headings of starts in motion over their σ, and outages over those of true starts."""
+    """Yield heading errors of starts in motion in σ, and outage errors relative to true starts."""
     for kind, count in IN_MOTION.items():
         drives = [simulate_vehicle(kind, SECONDS, seed=seed, rest=0.0) for seed in range(count)]
         off, sigma, found, true = np.array(many(started, drives)).T
@@ -103,7 +103,7 @@ def start_rows():
 
 
 def started(drive):
-    """Return error of the heading and its σ, deg, and 10 s outages from this and a true start."""
+    """Return heading error and σ, deg, and errors of 10 s outages with this and a true start."""
     begun = find_beginning(drive.recording(), drive.fixes)
     start, at = begun.start, np.searchsorted(drive.time, begun.start.time)
     truth = drive.truth_quaternion[at]
@@ -117,7 +117,7 @@ def started(drive):
 
 
 def antenna_rows():
-    """Yield errors of tracks of cars whose antenna and clock are found, and stated."""
+    """Yield track errors of cars with estimated and with stated antenna and clock."""
     for name, options in ANTENNAS.items():
         cases = [drive_of_antenna(seed, "only" in name, options) for seed in SEEDS]
         found = np.array(many(lambda case: settled_errors(*case[:2]), cases))
@@ -129,7 +129,7 @@ def antenna_rows():
 
 
 def drive_of_antenna(seed, positions_only, options):
-    """Return a drive, its fixes, and antenna and clock, which are drawn."""
+    """Return a drive, its fixes, and its random antenna and clock."""
     random = np.random.default_rng([seed, 5])
     antenna, clock = random.uniform((-1, -1, -2), (1, 1, 0)), random.uniform(-0.5, 0.5)
     known = {"antenna": antenna, "time_offset": clock}
@@ -139,7 +139,7 @@ def drive_of_antenna(seed, positions_only, options):
 
 
 def settled_errors(drive, fixes, **known):
-    """Return RMS errors in the plane and of the height, m, and in σ, with that of the heading."""
+    """Return RMS errors, horizontal and of the height, m and in σ, and the heading error in σ."""
     track = zr.navigate(drive.recording(), fixes, **known).track
     late, truth = track.time > SETTLED, (drive.truth_position, drive.truth_velocity)
     error, sigma = track.errors(*truth, drive.truth_quaternion)[late, :9], track.sigma[late, :9]
@@ -149,7 +149,7 @@ def settled_errors(drive, fixes, **known):
 
 
 def stated_antenna_rows():
-    """Yield errors with an antenna that is stated 5 cm wrong an axis, estimated and considered."""
+    """Yield errors with an antenna stated wrong by 5 cm per axis, estimated and considered."""
     cases = {
         "cars, 1 cm at 5 Hz": ("car", 1.0, ANTENNAS["1 cm, 5 Hz, velocities"]),
         "robots at 0.4 m/s, 2 cm at 5 Hz": ("robot", 0.3, {"speed": 0.4, **FINE}),
@@ -173,7 +173,7 @@ def stated_antenna_rows():
 
 
 def stated_antenna_errors(drive, antenna):
-    """Return track, m, heading, deg and in σ, and 10 s outage, m: estimated and considered."""
+    """Return errors of track, m, heading, deg and in σ, and 10 s outage, m, for both treatments."""
     begun = find_beginning(drive.recording(), drive.fixes, antenna=antenna)
     rows = []
     for considered in (False, True):
@@ -189,7 +189,7 @@ def stated_antenna_errors(drive, antenna):
 
 
 def robot_rows():
-    """Yield heading errors in σ of slow robots whose antenna is not stated."""
+    """Yield heading errors in σ of slow robots without a stated antenna."""
     known = {"speed": 0.4, "antenna": (0.2, -0.1, -0.3), **FINE}
     drives = [simulate_vehicle("robot", SECONDS, seed=seed, **known) for seed in range(12)]
     heading = np.array(many(lambda drive: settled_errors(drive, drive.fixes), drives))[:, 4]

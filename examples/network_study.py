@@ -1,13 +1,12 @@
-"""A network and an autoregression as state equations of a gyro's noise: two tables and a figure.
+"""A neural network and an autoregression as state equations of gyro noise: tables and a figure.
 
 python examples/network_study.py [FOLDER]
 
-The first table is what `zr.identification.fit_network` says of each recorded axis. The second
-builds a filter on both models: states are the last five values, the transition matrix is the
-companion of the coefficients, of the network of its gradient at the states (an extended Kalman
-filter), the process noise is 1e-4 of the measurement noise. What it holds at a time is taken for
-the bias of the
-next 60 s.
+The first table has the result of `zr.identification.fit_network` for each recorded axis. The second
+table compares filters with both models. The states are the last five values. The transition matrix
+is the companion matrix of the coefficients. For the network it has the gradient at the states (an
+extended Kalman filter). The process noise is 1e-4 of the measurement noise. The held estimate is
+used as the bias of the next 60 s.
 """
 
 import argparse
@@ -27,7 +26,7 @@ FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 RATE, HORIZON = 100.0, 60.0
 RATIO = 1e-4
 FILTERED = 200_000
-"""Samples of the filters, which are loops in Python."""
+"""Number of samples for the filters, which are loops in Python."""
 
 Row = tuple[str, ...]
 GAIN_HEAD = ("recording", "axis", "units", "gain over AR, %", "left alone", "judgement")
@@ -35,22 +34,22 @@ COAST_HEAD = ("recording", "axis", "AR, deg", "network, deg", "auto, deg", "best
 
 
 class Linear:
-    """The autoregression as a map."""
+    """The autoregression as a map from past values to the next value."""
 
     def __init__(self, model: identification.ArmaModel) -> None:
         self.phi, self.mean = model.phi, model.mean
 
     def step(self, past: Floats) -> float:
-        """Return what comes next."""
+        """Return the next value."""
         return float(self.mean + self.phi @ (past - self.mean))
 
     def gradient(self, _past: Floats) -> Floats:
-        """Return how it changes with the past."""
+        """Return the gradient of the next value by the past values."""
         return self.phi
 
 
 def filtered(map_: Linear | identification.NetworkModel, z: Floats, ratio: float = RATIO) -> Floats:
-    """Return what an extended Kalman filter of unit measurement noise makes of a record."""
+    """Return the estimates of an extended Kalman filter with unit measurement noise."""
     p = 5
     x, P, F = np.full(p, z[0]), np.eye(p), np.eye(p, k=-1)
     found = np.empty(z.size)
@@ -68,7 +67,7 @@ def filtered(map_: Linear | identification.NetworkModel, z: Floats, ratio: float
 
 
 def gain_rows(recordings: list[Recording]) -> list[Row]:
-    """Return what the network is worth on each axis, with two units and with eight."""
+    """Return the gain of the network on each axis, with two units and with eight units."""
     rows = []
     for recording in recordings:
         for axis, z in zip(recording.axes, recording.z.T, strict=True):
@@ -82,7 +81,7 @@ def gain_rows(recordings: list[Recording]) -> list[Row]:
 
 
 def coast_rows(recording: Recording) -> list[Row]:
-    """Return the error of coasting a minute on each axis."""
+    """Return the error after coasting for a minute, on each axis."""
     rows = []
     for axis, z in zip(recording.axes, recording.z[:FILTERED].T, strict=True):
         network = identification.fit_network(recording.z[:, recording.axes.index(axis)])
@@ -96,7 +95,7 @@ def coast_rows(recording: Recording) -> list[Row]:
 
 
 def draw(recording: Recording) -> None:
-    """Draw the map left alone, and what the filter on it holds, of the axis where it oscillates."""
+    """Draw the map without input, and the filter's estimate, for the axis where it oscillates."""
     z = np.ascontiguousarray(recording.z[:, 2])
     network = identification.fit_network(z)
     figure = new_figure(180.0, 70.0)
@@ -131,7 +130,7 @@ def draw(recording: Recording) -> None:
 
 
 def main() -> None:
-    """Print the tables; draw the figure if asked."""
+    """Print the tables, and draw the figure if requested."""
     options = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     options.add_argument("folder", nargs="?", type=Path, default=BESIDE, help="of the recordings")
     options.add_argument("--figure", action="store_true", help="draw it into docs/figures")

@@ -1,10 +1,10 @@
-"""How close fitted coefficients come to the truth, and how often their intervals hold it.
+"""Errors of fitted noise coefficients, and the coverage of their intervals.
 
-``python examples/noise_accuracy.py [SEEDS]`` prints a table in Markdown: simulated records of
-10 000 s at 100 Hz, whose coefficients are known. Errors are root mean squares over the seeds.
+``python examples/noise_accuracy.py [SEEDS]`` prints a table in Markdown for simulated records of 10
+000 s at 100 Hz with known coefficients. Errors are RMS over the seeds.
 
-``python examples/noise_accuracy.py lengths [SEEDS]`` prints what records of one minute to ten hours
-determine.
+``python examples/noise_accuracy.py lengths [SEEDS]`` prints the coefficients that records of one
+minute to ten hours determine.
 """
 
 import sys
@@ -36,19 +36,19 @@ def peer(z):
 
 
 def fits(model, seed):
-    """Return one record's fits of every kind."""
+    """Return all fits of one record."""
     z, _ = zr.simulate(model, RATE, DURATION, seed)
     curve = zr.allan(z, RATE, unit="rad/s")
     return curve.fit(), zr.noise.whittle(z, RATE, unit="rad/s"), curve.fit("polynomial"), peer(z)
 
 
 def error(found, truth):
-    """Return the root mean square of relative errors, in per cent."""
+    """Return the RMS of the relative errors, in percent."""
     return f"{100.0 * np.sqrt(np.mean((np.array(found) / truth - 1.0) ** 2)):.2g} %"
 
 
 def row(name, field, truth, runs):
-    """Return a line of the table: one term of one model."""
+    """Return a row of the table for one term of one model."""
     curve, whittle, polynomial, others = zip(*runs, strict=True)
     ours = [getattr(model, field) for model in curve]
     second = [getattr(model, field) for model in whittle]
@@ -69,7 +69,7 @@ def row(name, field, truth, runs):
 
 
 def length_row(name, length, truth, found):
-    """Return a line of the other table: what records of one length say of one model."""
+    """Return a row of the other table for records of one length and one model."""
     white = [model.angle_random_walk for model in found]
     cells = [name, length, error(white, truth.angle_random_walk)]
     for field in ("bias_instability", "rate_random_walk"):
@@ -81,7 +81,7 @@ def length_row(name, length, truth, found):
 
 
 def lengths(seeds):
-    """Print what records of each length determine."""
+    """Print the coefficients that records of each length determine."""
     print("| record | length | N | B identifiable | B | B bound | K identifiable | K | K bound |")
     print("| --- | ---: " + "| ---: " * 7 + "|")
     longest = max(LENGTHS.values())
@@ -97,7 +97,7 @@ def lengths(seeds):
 
 
 def main():
-    """Print the table that was asked for."""
+    """Print the requested table."""
     arguments = sys.argv[1:]
     if arguments[:1] == ["lengths"]:
         lengths(int(arguments[1]) if len(arguments) > 1 else 20)
@@ -106,7 +106,7 @@ def main():
 
 
 def accuracy(seeds):
-    """Print how close the fits come."""
+    """Print the errors of the fits."""
     head = "record, term, identifiable, fit, interval holds, bound holds, Whittle, polynomial"
     print("| " + " | ".join([*head.split(", "), "allan-variance"]) + " |")
     print("| --- | --- " + "| ---: " * 7 + "|")

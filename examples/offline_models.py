@@ -1,7 +1,7 @@
-"""The offline identifications of Bao & Yuan and of Fu & Han (2019), on recordings at rest.
+"""Offline identifications of Bao & Yuan and of Fu & Han (2019), on recordings at rest.
 
-What the papers report is an order and its coefficients. Here their errors stand beside them, and
-what smoothing did, and what the residuals still hold.
+The papers report orders and coefficients. The tables here add the errors of the coefficients, the
+effect of smoothing, and the remaining structure of the residuals.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ STATIONARY_HEAD = ("recording", "axis", "λ of means", "λ of variances")
 
 
 def stationary_rows(recording: Recording) -> list[Row]:
-    """Return for each axis what the test of reverse arrangements says of the first samples."""
+    """Return the results of the reverse arrangements test on the first samples of each axis."""
     rows = []
     for axis, z in axes(recording, SAMPLES):
         arrangements = identification.reverse_arrangements
@@ -38,7 +38,7 @@ SMOOTHED_HEAD = ("recording", "axis", "φ1 as it is", "φ1 smoothed", "FPE least
 
 
 def smoothed_rows(recording: Recording) -> list[Row]:
-    """Return AR(1) as it is and after a moving average, and the order by the final error."""
+    """Return AR(1) before and after a moving average, and the order by the final error."""
     rows = []
     for axis, z in axes(recording, SAMPLES):
         smooth = identification.moving_average(z, WIDTH)
@@ -53,7 +53,7 @@ ORDERS_HEAD = ("recording", "axis", "least", "clear", "AR", "predictable", "slow
 
 
 def order_rows(recording: Recording) -> list[Row]:
-    """Return the orders that AIC takes, and what the clear one leaves out."""
+    """Return the orders that AIC selects, and the effect of the clear order."""
     rows = []
     for axis, z in axes(recording):
         found = identification.identify(z, recording.rate, max_order=HIGHEST)
@@ -68,7 +68,7 @@ MODEL_HEAD = ("recording", "axis", "φ1", "φ2", "θ1", "condition")
 
 
 def model_rows(recording: Recording) -> list[Row]:
-    """Return Fu and Han's ARMA(2, 1) of each axis with its errors."""
+    """Return Fu and Han's ARMA(2, 1) for each axis, with errors."""
     rows = []
     for axis, z in axes(recording):
         model = identification.fit_arma(z, 2, 1)
@@ -82,7 +82,7 @@ ONLINE_HEAD = ("recording", "axis", "order", "offline", "online, 120 s", "online
 
 
 def online_rows(recording: Recording) -> list[Row]:
-    """Return offline beside online coefficients, after two minutes and after the whole record."""
+    """Return offline and online coefficients after two minutes and after the whole record."""
     rows = []
     for axis, z in axes(recording):
         for p, q in ((2, 0), (2, 1)):
@@ -99,13 +99,13 @@ def online_rows(recording: Recording) -> list[Row]:
 
 
 def axes(recording: Recording, n: int | None = None) -> list[tuple[str, Floats]]:
-    """Return the first samples of each axis with its name."""
+    """Return the first samples of each axis, with its name."""
     columns = np.ascontiguousarray(recording.z[:n].T)
     return list(zip(recording.axes, columns, strict=True))
 
 
 def order(found: tuple[int, int]) -> str:
-    """Return orders as a word."""
+    """Return orders as text."""
     return f"({found[0]}, {found[1]})"
 
 
@@ -115,12 +115,12 @@ def with_error(value: float, sigma: float, digits: int) -> str:
 
 
 def listed(values: Sequence[float] | Floats) -> str:
-    """Return coefficients side by side."""
+    """Return coefficients as text."""
     return ", ".join(f"{value:.3f}" for value in values)
 
 
 def print_tables(folder: Path, seconds: float, markdown: bool) -> None:
-    """Print each table over the recordings that are long enough for it."""
+    """Print each table for the recordings that are long enough."""
     recordings = [r for r in at_rest(folder, seconds) if len(r.z) >= SAMPLES]
     alone = sensors_alone(folder, seconds)
     for title, head, rows, measured in (

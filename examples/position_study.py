@@ -1,11 +1,14 @@
-"""A standing and a driving receiver by every method: the table of its evidence page, and a figure.
+"""All position methods for a standing and a driving receiver: the evidence table and a figure.
 
 python examples/position_study.py [FOLDER]
 
-A drive with RTK is the truth, with three minutes of standing added at both ends. The receiver that
-is simulated on it has one fix a second: white noise of 0.7 m, a slow error of 2.5 m that is
-forgotten in 120 s, Doppler of 0.1 m/s, and four weak spells, in which signals are 12 dB weaker and
-the white noise four times as large.
+The truth is an RTK drive, with three minutes of standing added at both ends. The simulated receiver
+has one fix per second with these errors:
+
+- white noise of 0.7 m
+- slow error of 2.5 m with a correlation time of 120 s
+- Doppler noise of 0.1 m/s
+- four spells with signals weaker by 12 dB and four times the white noise
 """
 
 import argparse
@@ -45,41 +48,41 @@ DRIVE = "drive_gnss_4hz.parquet"
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 SEEDS = 20
 STANDING = 180
-"""Seconds at both ends, besides those of the drive."""
+"""Additional standing at both ends of the drive, s."""
 
 WHITE, SLOW, FORGOTTEN, DOPPLER = 0.7, 2.5, 120.0, 0.1
 STRONG, WEAK, SPELL = 45.0, 33.0, 25
 SPELLS = (60, 160, 450, 800)
-"""Where the weak spells begin, s: three while it stands, one under way."""
+"""Starts of the spells with weak signals, s: three while standing, one while driving."""
 
 RESTS, MOVES = 0.3, 3.0
-"""Below one speed it stands, above the other it drives, m/s."""
+"""Speed below which it stands, and speed above which it drives, m/s."""
 
-# Of a sphere that fits the drive's 4 km to a centimetre.
+# Radius of a sphere that fits the 4 km of the drive to a centimetre.
 NORTH, EAST = 6.365e6, 6.387e6
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Where the receiver is, m east and north once a second, its velocity, and whether it rests."""
+    """Position once a second, m east and north, velocity, m/s, and mask of rest."""
 
     place: Floats
     velocity: Floats
 
     @property
     def speed(self) -> Floats:
-        """Of each second, m/s."""
+        """Speed in each second, m/s."""
         return np.hypot(*self.velocity.T)
 
     @property
     def rest(self) -> Flags:
-        """Whether it stands."""
+        """Mask of seconds in which it stands."""
         return self.speed < RESTS
 
 
 @dataclass(frozen=True)
 class Fixes:
-    """What a receiver gives, (n, seeds, ...), and what a wheel says."""
+    """Outputs of a receiver, (n, seeds, ...), and of a wheel."""
 
     position: Floats
     speed: Floats
@@ -103,7 +106,7 @@ def driven(folder: Path) -> Drive:
 
 
 def received(drive: Drive, seeds: int) -> Fixes:
-    """Return what receivers with errors of their own make of it."""
+    """Return the outputs of receivers with random errors."""
     n = len(drive.place)
     cn0 = np.full(n, STRONG)
     for first in SPELLS:
@@ -125,7 +128,7 @@ def received(drive: Drive, seeds: int) -> Fixes:
 
 
 def by(method: str, *aids: str, **constants: float) -> Method:
-    """Return a method of the filter, told some of what it may be."""
+    """Return a function that runs a method of the filter with some of its inputs."""
 
     def run(fixes: Fixes) -> Floats:
         channels = fixes.position.shape[1]
@@ -137,7 +140,7 @@ def by(method: str, *aids: str, **constants: float) -> Method:
 
 
 def all_of_papers(fixes: Fixes) -> Floats:
-    """Return what heading check and signal strength make of it, one after the other."""
+    """Return the result of heading check and signal strength together."""
     kept = by("heading")(fixes)
     return by("strength", "cn0")(Fixes(kept, fixes.speed, fixes.cn0, fixes.rest))
 
@@ -158,7 +161,7 @@ METHODS: Final[dict[str, Method]] = {
 
 
 def measures(path: Floats, drive: Drive) -> tuple[float, float, float]:
-    """Return error at rest, m, path drawn at rest, m/min, and error under way, m."""
+    """Return the error at rest, m, the path drawn at rest, m/min, and the error in motion, m."""
     miss = np.sum((path - drive.place[:, None]) ** 2, axis=-1)
     steps = np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0))
     standing = drive.rest[1:] & drive.rest[:-1]
@@ -178,7 +181,7 @@ def rows(drive: Drive, fixes: Fixes) -> list[tuple[str, ...]]:
 
 
 def draw(drive: Drive, fixes: Fixes) -> None:
-    """Draw what is seen of one receiver while it stands, and how far it is off all the way."""
+    """Draw the output of one receiver while it stands, and its error over the whole drive."""
     figure = new_figure(180.0, 84.0)
     path, error = (
         figure.add_axes((0.07, 0.12, 0.40, 0.78)),
@@ -205,14 +208,14 @@ def draw(drive: Drive, fixes: Fixes) -> None:
 
 
 def draw_spells(axes: "Axes") -> None:
-    """Mark weak signals."""
+    """Mark the spells with weak signals."""
     for first in SPELLS:
         axes.axvspan(first, first + SPELL, color=BLACK, alpha=0.08, lw=0.0)
     axes.text(SPELLS[2] + SPELL / 2, 13.4, "weak signals", fontsize=FONT_PT, ha="center", va="top")
 
 
 def main() -> None:
-    """Print the table; draw the figure if asked."""
+    """Print the table, and draw the figure if requested."""
     options = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     options.add_argument("folder", nargs="?", type=Path, default=BESIDE, help="of the recordings")
     options.add_argument("--seeds", type=int, default=SEEDS, help="receivers (default: 20)")

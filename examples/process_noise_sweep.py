@@ -1,4 +1,4 @@
-"""What the initial process noise decides, for each method and recording at rest."""
+"""Effect of the initial process noise on each method, for recordings at rest."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -28,14 +28,14 @@ PRINTED = (1e-8, 1e-6, 1e-4, 1e-2, 1e-1, 1.0)
 
 
 def scores(recording: Recording, method: Method, start: float, least: Floats) -> Floats:
-    """Return deviation over raw, and coasting error over the best average's: (2, axes)."""
+    """Return deviation over raw, and coasting error over the best average's, shape (2, axes)."""
     z, rate = recording.z, recording.rate
     x = published(rate, method, z.shape[1], start).process(z)
     return np.array([metrics.reduction(z, x), metrics.coasting_error(z, x, rate, HORIZON) / least])
 
 
 def sweep(recording: Recording) -> Scores:
-    """Return the scores of each method: (2, axes, starts)."""
+    """Return the scores of each method, shape (2, axes, starts)."""
     least = best_average(recording.z, recording.rate)[2]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         jobs = {
@@ -51,7 +51,7 @@ def middle(values: Floats) -> Floats:
 
 
 def crossing(values: Scores) -> str:
-    """Return the smallest start from which on `fading` has the least deviation on every axis."""
+    """Return the smallest start from which `fading` has the smallest deviation on every axis."""
     rivals = np.minimum(values["kf"][0], values["akf"][0])
     ahead = (values["fading"][0] < rivals).all(axis=0)
     last_behind = np.flatnonzero(~ahead)
@@ -60,7 +60,7 @@ def crossing(values: Scores) -> str:
 
 
 def draw(results: dict[str, Scores]) -> Figure:
-    """Return the figure: a column for each recording, deviation above coasting error."""
+    """Return the figure, with a column per recording, deviation above coasting error."""
     figure = Figure(figsize=(170 * INCHES_PER_MM, 118 * INCHES_PER_MM), dpi=WIDE_DPI)
     panels = figure.subplots(
         2,
@@ -103,7 +103,7 @@ def draw(results: dict[str, Scores]) -> Figure:
 
 
 def draw_panel(panel: Any, values: Scores) -> None:
-    """Draw each method, its axes thin and their geometric mean thick."""
+    """Draw each method with thin lines for axes and a thick line for their geometric mean."""
     panel.axvline(DEFAULT, color="0.6", lw=0.8, ls="--", zorder=0)
     for method, axes in values.items():
         style = {"color": COLOURS[method], "ls": LINES[method]}
@@ -126,19 +126,19 @@ def draw_panel(panel: Any, values: Scores) -> None:
 
 
 def annotate(panels: Any) -> None:
-    """Say in the first column what the auxiliary lines are."""
+    """Label the auxiliary lines in the first column."""
     grey = {"size": FONT_PT, "color": GREY_TEXT}
     top, bottom = panels[0, 0], panels[1, 0]
     top.text(START[0], 0.97, "raw", va="top", **grey)
     bottom.text(START[-1], 0.96, "best average in hindsight", va="top", ha="right", **grey)
     top.text(DEFAULT * 0.85, 0.0195, "default", ha="right", va="bottom", **grey)
-    # Dashes over a black line alone do not say so.
+    # Dashes over a black line alone are not clear enough.
     for panel, place in ((top, (3e-5, 0.055)), (bottom, (3e-4, 1.65))):
         panel.text(*place, "kf and akf coincide", va="top", **grey)
 
 
 def legend_lines() -> list[Line2D]:
-    """Return what the legend shows."""
+    """Return the entries of the legend."""
     methods = [Line2D([], [], color=COLOURS[m], ls=LINES[m], lw=1.6, label=m) for m in METHODS]
     return [
         *methods,
@@ -148,7 +148,7 @@ def legend_lines() -> list[Line2D]:
 
 
 def summary(name: str, values: Scores, markdown: bool) -> str:
-    """Return a table of a few starts, geometric means over the axes."""
+    """Return a table of a few starts, with geometric means over the axes."""
     head = ("G0", *(f"{m} deviation" for m in METHODS), *(f"{m} coasting" for m in METHODS))
     rows = []
     for start in PRINTED:

@@ -1,7 +1,7 @@
-"""Tables 4 and 5 of Fu & Han (2019) beside the same figures for other recordings.
+"""Tables 4 and 5 of Fu & Han (2019), and the same measures for other recordings.
 
-A deviation at rest is won by any strong low-pass, so the error of coasting on the estimate stands
-beside it; in motion the delay does.
+Any strong low-pass filter reduces the deviation at rest. The tables therefore add the error of
+coasting with the estimate and, in motion, the delay.
 """
 
 import math
@@ -35,7 +35,7 @@ PUBLISHED_HEAD = ("sensor", "mean", "raw", "KF", "AKF", "theirs")
 
 
 def moving_average(z: Floats, gain: float) -> Floats:
-    """Return the exponential moving average, begun as the plain mean until its memory is full."""
+    """Return the exponential moving average, which starts as the plain mean."""
     n = min(math.ceil(1.0 / gain), len(z))
     count = np.maximum(np.isfinite(z[:n]).cumsum(axis=0), 1)
     begin = np.nancumsum(z[:n], axis=0) / count
@@ -44,7 +44,7 @@ def moving_average(z: Floats, gain: float) -> Floats:
 
 
 def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
-    """Return each axis's best average in hindsight, its gain, and its coasting error at 10 s."""
+    """Return the best average of each axis, its gain, and its coasting error at 10 s."""
     averages = [moving_average(z, gain) for gain in GAINS]
     errors = np.array([metrics.coasting_error(z, x, rate, HORIZONS[0]) for x in averages])
     best = errors.argmin(axis=0)
@@ -53,12 +53,12 @@ def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
 
 
 def filtered(z: Floats, rate: float, method: Method) -> Floats:
-    """Return what a published method with its default settings makes of several axes."""
+    """Return the output of a published method with its default settings, for several axes."""
     return np.asarray(published(rate, method, z.shape[1]).process(z, threads=z.shape[1]))
 
 
 def published(rate: float, method: Method, axes: int, process_noise: float = 0.1) -> zr.DriftFilter:
-    """Return the filter of the paper, whose output is the smoothed rate."""
+    """Return the filter of the paper, with the smoothed rate as its output."""
     return zr.DriftFilter(
         rate,
         method=method,
@@ -73,7 +73,7 @@ RANKING_HEAD = ("recording", "axes", "fading least", "akf below kf", "both", "fa
 
 
 def ranking_rows(recordings: Sequence[Recording]) -> list[Sequence[str]]:
-    """Return on how many axes of each recording the deviations are ordered as published."""
+    """Return the number of axes of each recording with deviations in the published order."""
     rows: list[Sequence[str]] = []
     axes: list[Floats] = []
     for recording in recordings:
@@ -97,7 +97,7 @@ NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
 
 
 def noise_rows(recording: Recording) -> list[Sequence[str]]:
-    """Return for each axis the noise of the start-up over that of the record, and what follows."""
+    """Return each axis' noise of the start-up over the noise of the record, and the effect."""
     z, methods = recording.z, METHODS[:2]
     banks = [published(recording.rate, m, z.shape[1]) for m in methods]
     kept = [np.atleast_1d(metrics.reduction(z, bank.process(z))) for bank in banks]
@@ -109,7 +109,7 @@ def noise_rows(recording: Recording) -> list[Sequence[str]]:
 
 
 def rest_rows(recording: Recording) -> list[Sequence[str]]:
-    """Return a row for each axis and filter, raw first and the best average last."""
+    """Return a row for each axis and filter; raw is first, the best average is last."""
     z, rate = recording.z, recording.rate
     average, gains, _ = best_average(z, rate)
     estimates = {"raw": z}
@@ -128,7 +128,7 @@ REST_HEAD = ("axis", "filter", "mean", "deviation", "of raw", "coasting 10 s", "
 
 
 def _rest_columns(z: Floats, x: Floats, rate: float) -> list[list[str]]:
-    """Return mean, deviation, its ratio to raw and the coasting errors, each for every axis."""
+    """Return mean, deviation, its ratio to raw, and the coasting errors, for every axis."""
     coasting = [
         np.atleast_1d(metrics.coasting_error(z, x, rate, horizon))
         if round(horizon * rate) < len(z)
@@ -145,10 +145,10 @@ def _rest_columns(z: Floats, x: Floats, rate: float) -> list[list[str]]:
 
 
 def reference_rate(recording: Turning, window: int) -> Floats:
-    """Return the shaft's rate in deg/s: a polynomial through the angles around each sample.
+    """Return the shaft's rate in deg/s, from a polynomial through the angles around each sample.
 
-    Seven samples and a polynomial of fourth degree keep the 13 Hz at which the stepper motor shakes
-    its shaft; a wider window would count that motion as noise of the gyro.
+    Seven samples and a fourth-degree polynomial keep the 13 Hz vibration of the stepper motor. A
+    wider window would count this motion as noise of the gyro.
     """
     half = window // 2
     powers = np.vander(np.arange(-half, half + 1), DEGREE + 1, increasing=True)
@@ -159,10 +159,10 @@ def reference_rate(recording: Turning, window: int) -> Floats:
 
 
 def scaled(reference: Floats, recording: Turning) -> tuple[Floats, float]:
-    """Return the reference in the gyro's own scale, and that scale.
+    """Return the reference in the gyro's scale, and this scale.
 
-    Least squares of the gyro on the rate and a constant, the rate delayed as the gyro is: a lag
-    would make the scale look smaller.
+    The scale is a least-squares fit of the gyro to the rate and a constant. The rate is delayed
+    like the gyro, because a lag would reduce the scale.
     """
     lag = float(metrics.delay(-reference, recording.z, recording.rate))
     late = _advanced(reference, -lag * recording.rate)
@@ -173,14 +173,14 @@ def scaled(reference: Floats, recording: Turning) -> tuple[Floats, float]:
 
 
 def _advanced(x: Floats, samples: float) -> Floats:
-    """Return x a part of a sample or more earlier, NaN beyond its ends."""
+    """Return x earlier by a number of samples (also fractional), with NaN beyond its ends."""
     k, there = np.arange(len(x)), np.isfinite(x)
     moved: Floats = np.interp(k + samples, k[there], x[there], left=np.nan, right=np.nan)
     return moved
 
 
 def turning_rows(recording: Turning, window: int) -> tuple[list[Sequence[str]], float]:
-    """Return a row for each filter, raw first, and the scale of the gyro."""
+    """Return a row for each filter, first raw, and the scale of the gyro."""
     reference, scale = scaled(reference_rate(recording, window), recording)
     z, rate = recording.z, recording.rate
     own = float(metrics.delay(reference, z, rate))
@@ -204,7 +204,7 @@ def turning_rows(recording: Turning, window: int) -> tuple[list[Sequence[str]], 
 
 
 def _errors(reference: Floats, x: Floats, rate: float) -> tuple[float, float]:
-    """Return the RMSE to the reference as it is, and after removing the delay."""
+    """Return the RMSE relative to the reference, with and without the delay."""
     late = float(metrics.delay(reference, x, rate))
     in_time = _advanced(x, late * rate)
     return float(metrics.rmse(reference, x)), float(metrics.rmse(reference, in_time))
@@ -227,7 +227,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def print_tables(folder: Path, seconds: float, window: int, markdown: bool) -> None:
-    """Print what is published, then what the recordings give."""
+    """Print the published values, then the values of the recordings."""
     recordings = at_rest(folder, seconds)
     ranking = ranking_rows(recordings)
     print(

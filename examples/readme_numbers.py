@@ -1,9 +1,9 @@
-"""The numbers of README's table "How good?", each by the name of its tag there.
+"""Numbers of README's table "How good?", by the names of their tags.
 
-``python examples/readme_numbers.py [FOLDER] [NAME ...]`` prints them, all or those of some rows,
-beside what README says. In README a number is followed by a comment, ``<!--=drift.auto-->``, that
-says which it is. Recordings are looked for in FOLDER. What is measured in nanoseconds is of one
-processor: ``make bench`` prints it, and docs/evidence/benchmarks.md has the machine.
+``python examples/readme_numbers.py [FOLDER] [NAME ...]`` prints all rows, or some rows, next to the
+numbers in README. In README a comment such as ``<!--=drift.auto-->`` names the number before it.
+FOLDER has the recordings. Times in nanoseconds depend on the processor: ``make bench`` prints them,
+and docs/evidence/benchmarks.md names the machine.
 """
 
 import re
@@ -32,13 +32,13 @@ from zerorate.tasks.compare.trial import Trial
 README = Path(__file__).parents[1] / "README.md"
 TAGGED = re.compile(r"([\d.]+)<!--=([\w.]+)-->")
 BEST_START = 1e-7
-"""The process noise that suits all simulated gyros best: `tuned_process_noise.py` finds it."""
+"""Best process noise for all simulated gyros, from `tuned_process_noise.py`."""
 ARRAY = "mimu4444_array8_62hz_exp1.parquet"
 HORIZON, OUTAGE = 60.0, 10.0
 
 
 def drift(folder: Path) -> dict[str, float]:
-    """Return regrets on simulated gyros, means over the models."""
+    """Return the regrets on simulated gyros, as means over the models."""
     tuned = {name: started(name, BEST_START) for name in ("kf", "fading")}
     found = run(["auto", "kf", "akf", "fading", *tuned.values()])
     mean = dict(
@@ -55,7 +55,7 @@ def drift(folder: Path) -> dict[str, float]:
 
 
 def hand(folder: Path) -> dict[str, float]:
-    """Return how far the orientation is off after a minute by the gyro alone, deg."""
+    """Return the orientation error after a minute with the gyro alone, deg."""
     log = zr.read_log(folder / BROAD, rate=BROAD_RATE)
     truth = zr.read_log(folder / BROAD, rate=BROAD_RATE, columns=[f"ref_quat_{a}" for a in "wxyz"])
     bias = learner(BROAD_RATE, channels=3).trace(log.data).bias
@@ -93,7 +93,7 @@ def attitude(folder: Path) -> dict[str, float]:
 
 
 def array(folder: Path) -> dict[str, float]:
-    """Return by how much eight gyros are quieter than one at a second, and the root of eight."""
+    """Return the noise of one gyro over the noise of eight at 1 s, and the root of eight."""
     return {"array.gain": Study(str(folder / ARRAY)).gain(1.0), "array.root": float(np.sqrt(8.0))}
 
 
@@ -114,12 +114,12 @@ ROWS: Mapping[str, Callable[[Path], dict[str, float]]] = {
 
 
 def written() -> dict[str, str]:
-    """Return the tagged numbers of README by their tags, as they stand there."""
+    """Return the tagged numbers of README by their tags."""
     return {tag: number for number, tag in TAGGED.findall(README.read_text(encoding="utf-8"))}
 
 
 def agrees(number: str, measured: float) -> bool:
-    """Return whether a number is what was measured: to 1 %, or to the digits that it has."""
+    """Return True if a number equals the measurement, to 1 % or to its digits."""
     half = 0.5 * 10.0 ** -len(number.partition(".")[2])
     return abs(float(number) - measured) <= max(0.01 * abs(measured), half)
 

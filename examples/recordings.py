@@ -1,6 +1,6 @@
-"""The recordings that the studies in this folder use: where they lie, and how they are read.
+"""Recordings for the studies in this folder: their files, and functions that read them.
 
-python examples/recordings.py FOLDER says which of them are there, and whether they are the same.
+python examples/recordings.py FOLDER lists the files that are present, and checks their contents.
 """
 
 import argparse
@@ -31,19 +31,19 @@ SHA256 = {
     ENCODER: "c81a5038d6e2d3f9a22edf0413169b34e25fc6088e0a25934103f2bd56400bce",
     BROAD: "89f5e523b06fd2b57db0658b4efaeb92fdb99984ca06114a28e0c6aeeb627b6c",
 }
-"""Of the files whose numbers the documentation shows."""
+"""Hashes of the files used in the documentation."""
 
-# Room for the start-up and for coasting 10 s.
+# Leave room for the start-up, and for coasting over 10 s.
 SHORTEST = 20.0
 
 BROAD_RATE = 2000.0 / 7.0
-# Marked as at rest for 35.4 s, but the hand begins earlier.
+# The file marks 35.4 s of rest, but the hand starts earlier.
 BROAD_REST = 34.5
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Gyro axes in deg/s, shape (n, k), side by side."""
+    """Gyro axes, deg/s, shape (n, k)."""
 
     name: str
     rate: float
@@ -53,7 +53,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Turning:
-    """A gyro axis in deg/s and the angle of an encoder on the same shaft in deg."""
+    """A gyro axis, deg/s, and the angle of an encoder on the same shaft, deg."""
 
     name: str
     rate: float
@@ -62,7 +62,7 @@ class Turning:
 
 
 def parser(description: str | None) -> argparse.ArgumentParser:
-    """Return a command line with the options that all studies share."""
+    """Return a parser for the options that all studies share."""
     options = argparse.ArgumentParser(description=description)
     options.add_argument(
         "folder",
@@ -88,7 +88,7 @@ def _length(text: str) -> float:
 
 
 def check_folder(folder: Path) -> None:
-    """End the program with one clear line if a recording is not in the folder."""
+    """End the program with a clear message if a recording is missing."""
     absent = [name for name in SHA256 if not (folder / name).exists()]
     if absent:
         print(f"no recording {absent[0]} in {folder}; give the folder they are in", file=sys.stderr)
@@ -96,7 +96,7 @@ def check_folder(folder: Path) -> None:
 
 
 def state(path: Path) -> str:
-    """Return whether a recording is there, and the same to the last byte."""
+    """Return the state of a recording: missing, identical or different."""
     if not path.exists():
         return "absent"
     with path.open("rb") as file:
@@ -105,7 +105,7 @@ def state(path: Path) -> str:
 
 
 def sensors_alone(folder: Path, seconds: float = math.inf) -> list[Recording]:
-    """Return the recordings of a sensor at rest that nothing disturbs."""
+    """Return the recordings of undisturbed sensors at rest."""
     return [
         _at_rest("ADIS16405", read_log(folder / ADIS16405, rate=100.0), seconds),
         _at_rest("MPU-6050", read_log(folder / MPU6050, rate=100.0), seconds),
@@ -113,7 +113,7 @@ def sensors_alone(folder: Path, seconds: float = math.inf) -> list[Recording]:
 
 
 def at_rest(folder: Path, seconds: float = math.inf) -> list[Recording]:
-    """Return every recording at rest: also beside a running motor, and before a motion."""
+    """Return all recordings at rest, including rest near a running motor and before a motion."""
     fixed = read_log(folder / ENCODER, columns=[f"fixed_gyro_{axis}_dps" for axis in "xyz"])
     myon = read_log(folder / BROAD, rate=BROAD_RATE)
     return [
@@ -124,7 +124,7 @@ def at_rest(folder: Path, seconds: float = math.inf) -> list[Recording]:
 
 
 def turning(folder: Path, seconds: float = math.inf) -> Turning:
-    """Return the axis that an encoder watches."""
+    """Return the axis with an encoder."""
     gyro = read_log(folder / ENCODER, columns="shaft_gyro_z_dps")
     encoder = read_log(folder / ENCODER, columns="encoder_deg")
     n = _samples(gyro, seconds)
@@ -143,13 +143,13 @@ def _samples(log: Log, seconds: float) -> int:
 
 
 def _filled(angle: Floats) -> Floats:
-    """Return the angle with missing samples interpolated: one of 149 828 here."""
+    """Return the angle with missing samples interpolated (one of 149 828)."""
     there, k = np.isfinite(angle), np.arange(len(angle))
     return np.interp(k, k[there], angle[there])
 
 
 def main() -> None:
-    """Say which recordings are in a folder; the exit code is 1 unless all are identical."""
+    """Print the recordings in a folder; the exit code is 1 if one is missing or different."""
     options = argparse.ArgumentParser(description="Which recordings are in a folder.")
     options.add_argument("folder", nargs="?", type=Path, default=BESIDE, help="of the recordings")
     folder = options.parse_args().folder

@@ -1,7 +1,7 @@
-"""The gallery of the report: pages of a healthy log, of one with faults, and of before and after.
+"""Gallery of the report: pages of a healthy log, of a log with faults, and of before and after.
 
-``python examples/report_gallery.py -o docs/figures`` simulates the logs, makes their pages and
-takes pictures of them in ``chromium``, as Debian has it. ``--pages FOLDER`` keeps the pages.
+``python examples/report_gallery.py -o docs/figures`` simulates the logs, makes their pages, and
+takes pictures with ``chromium`` from Debian. ``--pages FOLDER`` keeps the pages.
 """
 
 import argparse
@@ -17,23 +17,23 @@ from report_study import DEVICES, Simulated, clip, fault_folded, fault_gaps, fau
 
 WIDE = 900
 PARTS = (("<h1>", 800), ('<section id="figures">', 580))
-"""Of a page, where they begin, with their heights: what to see first, and the figures."""
+"""Parts of a page: the text at which each starts, and its height, pixels."""
 COLOURS = 128
-"""Of a picture: the page has few, and a picture of them all is four times as large."""
+"""Number of colours of a picture; the page has few, and full colour needs four times the size."""
 
 
 def named(log, name):
-    """Return the report on a simulated log, by a name."""
+    """Return the report on a simulated log with a given name."""
     return zr.report(zr.Recording({**log.recording()}, name))
 
 
 def healthy():
-    """Return the report on two IMUs moved by hand, without a fault."""
+    """Return the report on two IMUs that are moved by hand, without faults."""
     return named(Simulated(DEVICES["autopilot, 200 Hz"], "hand", 1), "healthy.csv")
 
 
 def faulty():
-    """Return the report on a rotor craft that lost samples, clipped, and whose bias moved."""
+    """Return the report on a rotorcraft with lost samples, clipping and a bias change."""
     log = Simulated(DEVICES["autopilot, 200 Hz"], "rotor craft", 5)
     clip(log, "gyro", 0.02)
     fault_folded(log, 1.5)
@@ -43,7 +43,7 @@ def faulty():
 
 
 def before_and_after():
-    """Return the reports on a device with its bias and its scale, and without them."""
+    """Return the reports on a device with bias and scale errors, and without them."""
     device = DEVICES["consumer, 200 Hz"]
     before, after = Simulated(device, "hand", 3), Simulated(device, "hand", 4)
     for log in (before, after):
@@ -58,13 +58,13 @@ PAGES = {"healthy": healthy, "faults": faulty, "before_after": before_and_after}
 
 
 def picture(page, output):
-    """Take a picture of the parts of a page, one below the other, in few colours."""
+    """Take a picture of the parts of a page, one below the other, with few colours."""
     whole = Image.new("RGB", (WIDE, sum(tall for _, tall in PARTS)))
     text, top = page.read_text(encoding="utf-8"), 0
     with tempfile.TemporaryDirectory() as profile:
         part_page = Path(profile, "part.html")
         for begins, tall in PARTS:
-            # The browser takes pictures of the top of a page alone.
+            # The browser takes pictures of the top of a page only.
             head = text[: text.index("<h1>")]
             part_page.write_text(head + text[text.index(begins) :], encoding="utf-8")
             shot, size = f"--screenshot={output}", f"--window-size={WIDE},{tall}"

@@ -1,7 +1,8 @@
-"""Pictures of the page of a report in a browser: on a phone, on a desk, in the dark, on paper.
+"""Pictures of a report page in a browser: on a phone, on a desktop, in dark mode, on paper.
 
-``python examples/report_screens.py LOG... -o FOLDER`` takes one log, or two for before and after.
-It needs ``chromium``, as Debian has it, and prints what it has to say of the page: nothing.
+``python examples/report_screens.py LOG... -o FOLDER`` takes one log, or two logs for before and
+after. It needs ``chromium`` from Debian. It prints the browser's messages about the page; there
+should be none.
 """
 
 import argparse
@@ -17,11 +18,11 @@ VIEWS = {
     "desk": (1000, 3000, ()),
     "dark": (1000, 3000, ("--blink-settings=preferredColorScheme=0",)),
 }
-"""Width and height, and what else the browser is told."""
+"""Width and height of each view, and further options of the browser."""
 
 
 def browser(profile, *options):
-    """Run the browser and return what it logs of the page."""
+    """Run the browser, and return its messages about the page."""
     program = shutil.which("chromium") or shutil.which("chromium-browser")
     command = (
         program, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
@@ -42,7 +43,7 @@ def main():
     found = zr.findings.before_after(*reports) if len(reports) > 1 else reports[0]
     page = (asked.output / "page.html").absolute()
     page.write_text(found.to_html(), encoding="utf-8")
-    # No window is as narrow as a phone; a frame is.
+    # A browser window cannot be as narrow as a phone, but a frame can.
     frame = page.with_name("frame.html")
     with tempfile.TemporaryDirectory() as profile:
         for name, (wide, tall, options) in VIEWS.items():

@@ -1,8 +1,9 @@
-"""Faults put into simulated logs, one at a time: how often `zr.report` finds them.
+"""Detection rate of `zr.report` for faults in simulated logs, one fault at a time.
 
-``python examples/report_study.py`` prints `docs/evidence/report.md`: of each fault at its limit and
-at a third of it the share of logs in which it is found, and of clean logs of ten device classes how
-many findings pass a limit. ``--logs N`` sets how many logs of each; ``--cores N`` the processes.
+``python examples/report_study.py`` prints `docs/evidence/report.md`. For each fault, at its limit
+and at a third of it, it has the share of logs in which the fault is found. For clean logs of ten
+device classes it has the number of findings beyond a limit. ``--logs N`` sets the number of logs,
+and ``--cores N`` the number of processes.
 """
 
 import argparse
@@ -22,12 +23,12 @@ from zerorate.findings.imus import find_imus
 GRAVITY = 9.80665
 DURATION = 120.0
 SPANS = ((20.0, 50.0), (65.0, 100.0))
-"""Seconds of the two moves; before, between and after it rests."""
+"""Spans of the two moves, s; the device rests before, between and after them."""
 
 
 @dataclass(frozen=True)
 class Device:
-    """Rate, noise (deg/s/√Hz, µg/√Hz), steps (deg/s, m/s²), bias (deg/s)."""
+    """Rate, noise (deg/s/√Hz, µg/√Hz), steps (deg/s, m/s²), and bias (deg/s)."""
 
     rate: float
     gyro: float
@@ -53,7 +54,7 @@ MOVES = ("hand", "rotor craft", "car")
 
 
 def smooth(random, n, rate, hertz, size):
-    """Return a random curve of three axes that is slower than some frequency."""
+    """Return a random curve of three axes, slower than a given frequency."""
     t = np.arange(n) / rate
     terms = random.uniform(0.1, 1.0, (6, 3)) * hertz
     phases = random.uniform(0.0, 2.0 * np.pi, (6, 3))
@@ -61,7 +62,7 @@ def smooth(random, n, rate, hertz, size):
 
 
 def window(n, rate):
-    """Return how far the move is on at each sample, 0 at rest and 1 in motion, without a step."""
+    """Return the fraction of motion at each sample, 0 at rest and 1 in motion, without a step."""
     t = np.arange(n) / rate
     on = np.zeros(n)
     for begin, end in SPANS:
@@ -71,7 +72,7 @@ def window(n, rate):
 
 
 def gravity_of(rates, rate):
-    """Return which way up is in the body's axes while it turns, shape (n, 3)."""
+    """Return the vertical in the body's axes during rotations, shape (n, 3)."""
     up = np.empty_like(rates)
     now = np.array([0.02, -0.03, 1.0]) / np.linalg.norm([0.02, -0.03, 1.0])
     for i, turn in enumerate(rates / rate):
@@ -106,18 +107,18 @@ def motion(move, device, random):
 
 
 def rotor_hertz(random, rate):
-    """Return a rotor's frequency, Hz, that the rate shows."""
+    """Return a rotor frequency, Hz, that the sampling rate can show."""
     return random.uniform(0.15, 0.45) * rate
 
 
 def sensed(truth, density, step, bias, rate, random):
-    """Return samples of a sensor with white noise, a bias and a step."""
+    """Return samples of a sensor with white noise, a bias and rounding."""
     noisy = truth + bias + density * np.sqrt(rate / 2.0) * random.standard_normal(truth.shape)
     return np.round(noisy / step) * step if step else noisy
 
 
 class Simulated:
-    """Times, and of two IMUs the gyro, deg/s, and the accelerometer, m/s²."""
+    """Times, and the samples of two IMUs: gyro, deg/s, and accelerometer, m/s²."""
 
     def __init__(self, device, move, seed):
         random = self.random = np.random.default_rng([seed, 7])
@@ -139,7 +140,7 @@ class Simulated:
         self.keep = np.ones(len(self.time), dtype=bool)
 
     def recording(self):
-        """Return it as it is read."""
+        """Return the recording."""
         names = {"gyro": "dps", "accel": "mps2"}
         columns = {"time_s": self.time[self.keep]}
         for kind, unit in names.items():
@@ -149,18 +150,18 @@ class Simulated:
         return zr.read_recording(columns)
 
     def middle(self):
-        """Return a random sample in motion."""
+        """Return a random sample index in motion."""
         return int(self.random.choice(np.flatnonzero(self.moving)[500:-500]))
 
 
 def clip(log, kind, share):
-    """Clip the axis that moves most so that a share of all samples is at the limit."""
+    """Clip the axis with the most motion, so that a share of all samples is at the limit."""
     column, off = widest(log, kind)
     clip_at(column, np.quantile(off, 1.0 - share))
 
 
 def widest(log, kind):
-    """Return the axis that moves most, and how far each sample is from its middle."""
+    """Return the axis with the most motion, and the distance of its samples from the middle."""
     data = getattr(log, kind)[0]
     column = data[:, int(np.argmax(np.ptp(data, axis=0)))]
     return column, np.abs(column - np.median(column))
@@ -173,17 +174,17 @@ def clip_at(column, limit):
 
 
 def fault_clip_gyro(log, size):
-    """Put in: gyro clipped at 0.1 % of samples, times a size."""
+    """Add: gyro clipped at 0.1 % of the samples, times a size."""
     clip(log, "gyro", 0.001 * size)
 
 
 def fault_clip_accel(log, size):
-    """Put in: accelerometer clipped at 0.1 %, times a size."""
+    """Add: accelerometer clipped at 0.1 % of the samples, times a size."""
     clip(log, "accel", 0.001 * size)
 
 
 def fault_clip_gyro_longer(log, size):
-    """Put in: gyro clipped for 0.2 s on end, times a size."""
+    """Add: gyro clipped for 0.2 s without a break, times a size."""
     column, off = widest(log, "gyro")
     low, high = 0.0, off.max()
     for _ in range(40):
@@ -194,13 +195,13 @@ def fault_clip_gyro_longer(log, size):
 
 
 def longest(marks):
-    """Return how many marks stand next to each other at most."""
+    """Return the longest run of marks."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]])))
     return int(np.diff(edges)[::2].max()) if edges.size else 0
 
 
 def fault_gaps(log, size):
-    """Lose samples in motion in 12 gaps whose cost the rates tell: 1.05 deg at the limit."""
+    """Remove samples in motion in 12 gaps; the rates show the error: 1.05 deg at the limit."""
     seconds = np.concatenate([np.arange(begin + 2, end - 3, 2) for begin, end in SPANS])
     places = np.round(log.rate * log.random.choice(seconds, 12, replace=False)).astype(int)
     for length in range(2, round(0.9 * log.rate)):
@@ -217,46 +218,46 @@ def fault_gaps(log, size):
 
 
 def fault_jitter(log, size):
-    """Put in: jitter of 10 % of a period, times a size."""
+    """Add: jitter of 10 % of a period, times a size."""
     log.time = log.time + 0.1 * size / np.sqrt(2.0) / log.rate * log.random.standard_normal(
         len(log.time)
     )
 
 
 def fault_late(log, size):
-    """Put in: 0.3 % of stamps late, times a size."""
+    """Add: 0.3 % of time stamps late, times a size."""
     count = round(0.003 * size * len(log.time))
     places = 10 + 20 * log.random.choice(len(log.time) // 20 - 2, count, replace=False)
     log.time[places] += 0.75 / log.rate
 
 
 def fault_break(log, size):
-    """Put in: a break of 3 s, times a size."""
+    """Add: a gap of 3 s, times a size."""
     first = log.middle()
     log.keep[first : first + round(3.0 * size * log.rate)] = False
 
 
 def fault_repeated(log, size):
-    """Put in: 3 repeated stamps, times a size."""
+    """Add: 3 repeated time stamps, times a size."""
     for _ in range(round(3 * size)):
         at = log.middle()
         log.time[at] = log.time[at - 1]
 
 
 def fault_stuck_axis(log, size):
-    """Put in: accelerometer axis equal 100 times, times a size."""
+    """Add: accelerometer axis constant for 100 samples, times a size."""
     at = log.middle()
     log.accel[0][at : at + round(100 * size), 0] = log.accel[0][at, 0]
 
 
 def fault_stuck(log, size):
-    """Put in: gyro equal 100 times, times a size."""
+    """Add: gyro constant for 100 samples, times a size."""
     at = log.middle()
     log.gyro[0][at : at + round(100 * size)] = log.gyro[0][at]
 
 
 def fault_spikes(log, size):
-    """Put in: 12 spikes of 40 scatters, times a size."""
+    """Add: 12 spikes of 40 standard deviations, times a size."""
     column = log.gyro[0][:, 1]
     scatter = np.median(np.abs(np.diff(column)[log.moving[1:]])) + np.std(np.diff(column))
     places = log.random.choice(np.flatnonzero(log.moving), round(12 * size), replace=False)
@@ -264,21 +265,21 @@ def fault_spikes(log, size):
 
 
 def fault_step(log, size):
-    """Put in: accelerometer's step of 3.4 scatters, times a size."""
+    """Add: accelerometer step of 3.4 standard deviations, times a size."""
     data = log.accel[0]
     step = 3.4 * size * data[: round(15 * log.rate)].std(axis=0).max()
     log.accel[0] = np.round(data / step) * step
 
 
 def fault_vibration(log, size):
-    """Put in: vibration of 60 m/s², times a size."""
+    """Add: vibration of 60 m/s², times a size."""
     t = log.time[:, None]
     shake = 61.0 * size * np.sqrt(2.0 / 3.0) * np.sin(2 * np.pi * 0.31 * log.rate * t + [0, 1, 2])
     log.accel[0] = log.accel[0] + log.moving[:, None] * shake
 
 
 def fault_folded(log, size):
-    """Put in: second harmonic of 3 m/s² that is folded, times a size."""
+    """Add: aliased second harmonic of 3 m/s², times a size."""
     hertz = (
         log.random.uniform(0.28, 0.42) * log.rate * (1 + 0.06 * np.sin(2 * np.pi * log.time / 17))
     )
@@ -288,51 +289,51 @@ def fault_folded(log, size):
 
 
 def fault_bias(log, size):
-    """Put in: gyro bias of 5 deg/s, times a size."""
+    """Add: gyro bias of 5 deg/s, times a size."""
     for data in log.gyro:
         data[:, 2] += 5.05 * size - data[: round(15 * log.rate), 2].mean()
 
 
 def fault_moving_bias(log, size):
-    """Put in: bias moves by 0.17 deg/s, times a size."""
+    """Add: bias change of 0.17 deg/s, times a size."""
     log.gyro[0][log.time > 60.0, 0] += 0.17 * size
 
 
 def fault_norm(log, size):
-    """Put in: norm off by 0.4 m/s², times a size."""
+    """Add: norm error of 0.4 m/s², times a size."""
     for data in log.accel:
         rest = data[: round(15 * log.rate)].mean(axis=0)
         data *= (GRAVITY + 0.41 * size) / np.linalg.norm(rest)
 
 
 def fault_gyros(log, size):
-    """Put in: gyros 5 deg/s apart, times a size."""
+    """Add: difference of 5 deg/s between the gyros, times a size."""
     off = np.median(log.gyro[0] - log.gyro[1], axis=0)
     log.gyro[0] = log.gyro[0] - off
     log.gyro[1] = log.gyro[1] + 5.05 * size * np.array([0.0, 1.0, 0.0])
 
 
 def fault_accels(log, size):
-    """Put in: accelerometers 0.75 m/s² apart, times a size."""
+    """Add: difference of 0.75 m/s² between the accelerometers, times a size."""
     off = np.median(log.accel[0] - log.accel[1], axis=0)
     log.accel[0] = log.accel[0] - off
     log.accel[1] = log.accel[1] + 0.76 * size * np.array([1.0, 0.0, 0.0])
 
 
 def fault_gyro_noise(log, size):
-    """Put in: gyro noise of 0.15 deg/s/√Hz, times a size."""
+    """Add: gyro noise of 0.15 deg/s/√Hz, times a size."""
     more = 0.155 * size * np.sqrt(log.rate / 2.0)
     log.gyro[0] = log.gyro[0] + more * log.random.standard_normal(log.gyro[0].shape)
 
 
 def fault_accel_noise(log, size):
-    """Put in: accelerometer noise of 1500 µg/√Hz, times a size."""
+    """Add: accelerometer noise of 1500 µg/√Hz, times a size."""
     more = 1550e-6 * size * GRAVITY * np.sqrt(log.rate / 2.0)
     log.accel[0] = log.accel[0] + more * log.random.standard_normal(log.accel[0].shape)
 
 
 LONG = "gyro clipped for 0.2 s on end"
-"""Found is an *act* here: a third of it is more than 0.058 % of some logs, which is a look."""
+"""Found means *act* here: a third of the limit exceeds 0.058 % of some logs, which is *look*."""
 FAULTS = {
     "12 gaps that cost 1.05 deg": (fault_gaps, "gaps"),
     "jitter of 10 % of a period": (fault_jitter, "jitter"),
@@ -359,20 +360,20 @@ FAULTS = {
 
 
 def log_of(number):
-    """Return the simulated log of a number, to put a fault into."""
+    """Return the simulated log of a number, to add a fault."""
     return copy.deepcopy(_simulated(number))
 
 
 @functools.lru_cache(maxsize=32)
 def _simulated(number):
-    """Return the log of a number: devices and moves in turn."""
+    """Return the log of a number; devices and moves alternate."""
     names = list(DEVICES)
     device = DEVICES[names[number % len(names)]]
     return Simulated(device, MOVES[number % len(MOVES)], number)
 
 
 def of_fault(job):
-    """Return whether a fault is found in a log, and other kinds that ask to act."""
+    """Return True if a fault is found in a log, and the other kinds with *act*."""
     name, size, number = job
     put, kind = FAULTS[name]
     log = log_of(number)
@@ -384,11 +385,11 @@ def of_fault(job):
 
 
 DELAY, SCALES, TURN = 0.008, np.array([1.02, 0.99, 1.0]), np.radians([0.6, -0.4, 0.8])
-"""Of the second gyro of a pair against the first: s, as factors, rad."""
+"""Second gyro relative to the first: delay, s, scale factors, and rotation, rad."""
 
 
 def rotation(vector):
-    """Return the rotation of a vector."""
+    """Return the rotation matrix of a vector."""
     angle = np.linalg.norm(vector)
     x, y, z = vector / angle
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -427,11 +428,11 @@ PAIRS = {
     "hand, 250 and 100 Hz": (1.5, (250.0, 100.0)),
     "rotor craft, both 200 Hz": (0.3, (200.0, 200.0)),
 }
-"""Size of the turns, rad/s, and rates of both gyros."""
+"""Size of the rotations, rad/s, and rates of both gyros, Hz."""
 
 
 def print_pairs(pool, count):
-    """Print how well two gyros are compared."""
+    """Print the errors of the comparison of two gyros."""
     rows = []
     for name, (size, rates) in PAIRS.items():
         told = np.array(list(pool.map(of_pair, [(size, rates, k) for k in range(count)])))
@@ -446,7 +447,7 @@ def print_pairs(pool, count):
 
 
 def of_clean(number):
-    """Return the kinds of a clean log that ask to act, and to look."""
+    """Return the kinds of findings with *act* and with *look* in a clean log."""
     found = zr.report(log_of(number).recording()).findings
     return tuple(
         [f"{o.kind}: {o.text}" for o in found if o.severity == how] for how in ("act", "look")

@@ -1,10 +1,12 @@
-"""What an accelerometer adds to the rest detection of a gyro, on recordings and simulated turns.
+"""Gain from an accelerometer for the rest detection of a gyro, on recordings and simulations.
 
 ``python examples/rest_accel.py FOLDER``, with the folder of the recordings, prints a table in
-Markdown. Every gyro is filtered by ``auto``: alone and with the accelerometer, without limits and
-with those that the commands set. The numbers are the share of the time at rest that is taken for
-rest, that of the time in motion that is, wrongly, and the largest error that the bias has from its
-first rest on.
+Markdown. Every gyro is filtered by ``auto``, alone and with the accelerometer, without limits and
+with the limits of the commands. The numbers are:
+
+- share of the time at rest that is detected as rest
+- share of the time in motion that is wrongly detected as rest
+- largest bias error after the first rest
 """
 
 import sys
@@ -25,20 +27,20 @@ MIMU = "mimu4444_array8_62hz_exp1.parquet"
 DRIVE = "drive_imu_100hz.parquet"
 GNSS = "drive_gnss_4hz.parquet"
 LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
-"""Of the commands, deg/s."""
+"""Limits of the commands, deg/s."""
 MIDWAY = (200.0, 260.0, 320.0)
-"""Seconds of the drive after which a record of it may begin."""
+"""Times at which a record of the drive may start, s."""
 STANDS = 0.05
-"""Speed below which the car stands, m/s: some five deviations of the receiver's."""
+"""Speed below which the car stands, m/s: about five standard deviations of the receiver."""
 TURNED = 1.0
-"""Rate above which the array is being turned, deg/s: five deviations of its samples."""
+"""Rate above which the array rotates, deg/s: five standard deviations of its samples."""
 TURNS = ((0.5, 90.0), (2.0, 30.0), (10.0, 30.0), (50.0, 10.0))
-"""Speed in deg/s, and degrees between the axis and the vertical."""
+"""Speeds, deg/s, and angles between the axis and the vertical, deg."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """Gyro in deg/s and accelerometer, (n, 3), where it rests, and its bias there, (3,)."""
+    """Gyro, deg/s, accelerometer, (n, 3), mask of rest, and bias at rest, (3,)."""
 
     name: str
     rate: float
@@ -48,14 +50,14 @@ class Body:
     bias: Floats
 
     def since(self, seconds: float, name: str) -> "Body":
-        """Return what is left of the record after so long."""
+        """Return the rest of the record from a given time."""
         part = slice(round(seconds * self.rate), None)
         gyro, accel, rests = self.gyro[part], self.accel[part], self.rests[part]
         return replace(self, name=name, gyro=gyro, accel=accel, rests=rests)
 
 
 def of(name: str, imu: zr.Recording, *, rests: Flags | bool, number: str = "") -> Body:
-    """Return a body of a recording; where it never rests its bias is that of the whole record."""
+    """Return a body from a recording; without rest the bias is the mean of the whole record."""
     log, accel = imu["gyro" + number], imu["accel" + number]
     gyro = np.degrees(log.data) if log.unit == "rad/s" else log.data
     known = np.broadcast_to(rests, len(gyro))
@@ -64,7 +66,7 @@ def of(name: str, imu: zr.Recording, *, rests: Flags | bool, number: str = "") -
 
 
 def hand(folder: Path) -> Body:
-    """Return the body of BROAD: the hand begins and lets go within a second of what is marked."""
+    """Return the hand of BROAD; it starts and stops within a second of the marks."""
     moves = read_log(folder / BROAD, rate=BROAD_RATE, columns="movement").data[:, 0] > 0
     near = np.convolve(moves, np.ones(2 * round(BROAD_RATE) + 1), "same") > 0.5
     imu = read_recording(folder / BROAD, rate=BROAD_RATE)
@@ -72,7 +74,7 @@ def hand(folder: Path) -> Body:
 
 
 def car(folder: Path) -> Body:
-    """Return that of the drive, which stands where its receiver says so."""
+    """Return the car of the drive; it stands where its receiver says so."""
     imu, fix = read_recording(folder / DRIVE), read_recording(folder / GNSS)
     speed = fix["velocity"]
     t = imu["gyro"].time
@@ -82,7 +84,7 @@ def car(folder: Path) -> Body:
 
 
 def array(folder: Path) -> Body:
-    """Return the first sensor of the array: at rest where no axis has shown a turn for a second."""
+    """Return the first sensor of the array; at rest no axis has rotated for a second."""
     imu = read_recording(folder / MIMU)
     gyro = imu["gyro"].data
     level = np.nanmedian(gyro, axis=0)
@@ -92,14 +94,14 @@ def array(folder: Path) -> Body:
 
 
 def turn(speed: float, tilt: float, seed: int = 1) -> Body:
-    """Return a simulated body that rests, turns steadily and rests, a minute each."""
+    """Return a simulated body that rests, rotates steadily and rests, for a minute each."""
     rng, rate = np.random.default_rng(seed), 100.0
     t = np.arange(18_000) / rate
     turning = (t >= 60.0) & (t < 120.0)
     axis = np.array([np.sin(np.radians(tilt)), 0.0, np.cos(np.radians(tilt))])
     angle = -np.radians(speed) * np.cumsum(turning)[:, np.newaxis] / rate
     up = np.array([0.0, 0.0, 9.81])
-    # The formula of Rodrigues.
+    # Formula of Rodrigues.
     accel = up * np.cos(angle) + np.cross(axis, up) * np.sin(angle)
     accel += axis * (axis @ up) * (1.0 - np.cos(angle))
     accel += 0.03 * rng.standard_normal(accel.shape)
@@ -110,7 +112,7 @@ def turn(speed: float, tilt: float, seed: int = 1) -> Body:
 
 
 def bodies(folder: Path) -> list[Body]:
-    """Return all of them."""
+    """Return all bodies."""
     drive, encoder = car(folder), read_recording(folder / ENCODER)
     rest = read_recording(folder / ADIS16405, rate=100.0)
     turns = [turn(*one) for one in TURNS]
@@ -129,7 +131,7 @@ def bodies(folder: Path) -> list[Body]:
 
 
 def told(body: Body, moving: Flags | None, **limits: float) -> tuple[str, str, str]:
-    """Return what the filter made of a body, as cells."""
+    """Return the filter's results for a body as cells."""
     filters = zr.DriftFilter(body.rate, channels=3, **limits)
     trace = filters.trace(body.gyro, moving=moving)
     began = np.maximum.accumulate(trace.bias != 0.0, axis=0)
@@ -149,7 +151,7 @@ def main() -> None:
         moving = zr.noise.MotionDetector(body.rate).process(body.accel)
         for name, limits in (("none", {}), ("commands'", LIMITS)):
             alone, both = told(body, None, **limits), told(body, moving, **limits)
-            # Alone and with the accelerometer, side by side.
+            # Columns alone and with the accelerometer, next to each other.
             cells = [cell for pair in zip(alone, both, strict=True) for cell in pair]
             rows.append((body.name if not limits else "", name, *cells))
     head = ("recording", "limits", "rest", "+ accel", "false", "+ accel", "error", "+ accel")

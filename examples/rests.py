@@ -1,9 +1,9 @@
-"""What rests cost and gain by the rules that find them, in the package and exchanged.
+"""Effect of the rules that detect rests, each in its package and exchanged.
 
-``python examples/rests.py [RECORDINGS] [--released _native.abi3.so]`` prints tables in Markdown:
-the drift filter at starts with motors on and in motion, an earlier build beside it, and `replay`,
-`navigate` and `calibrate` by their own rule and by that of `Attitude`. Those of recordings are left
-out where there is no folder.
+``python examples/rests.py [RECORDINGS] [--released _native.abi3.so]`` prints tables in Markdown.
+The first tables are the drift filter at starts with running motors and in motion, next to an
+earlier build. The others are `replay`, `navigate` and `calibrate` with their own rule and with the
+rule of `Attitude`. Without the folder, the tables of recordings are left out.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from zerorate.units import convert
 DEG = np.pi / 180.0
 MOTIONS = ("pendulum", "arm", "vehicle", "circle", "hand")
 SHAKEN = 4.0
-"""Deviation of what motors add to a motion, deg/s."""
+"""Standard deviation of the rate that motors add to a motion, deg/s."""
 BIAS = 4.6 * np.array([0.3, 0.5, 0.81])
 SEEDS = 6
 
@@ -49,7 +49,7 @@ def released(path, name="Attitude"):
 
 
 def rested(seconds, shaken, seed, rate=200.0):
-    """Return samples of a rest with motors on, and half a minute of motion."""
+    """Return samples of a rest with running motors, followed by half a minute of motion."""
     rng, n = np.random.default_rng(seed), round((seconds + 30.0) * rate)
     t = np.arange(n) / rate
     way = (
@@ -99,7 +99,7 @@ def starts(folder):
 
 
 def judged(kind, records, **limits):
-    """Return how far the bias is off at the end, and how much worse it was than none, deg/s."""
+    """Return the bias error at the end, and its largest excess over the error of zero, deg/s."""
     ends, worse = [], []
     for z, rate, bias in records:
         trace = kind(rate, channels=3, **limits).trace(np.ascontiguousarray(z))
@@ -110,7 +110,7 @@ def judged(kind, records, **limits):
 
 
 def of_drift(folder, before):
-    """Print what the limits do to the drift filter."""
+    """Print the effect of the limits on the drift filter."""
     filters = [("zerorate", zr.DriftFilter, dict(COMMANDS))]
     if before is not None:
         kinds = [
@@ -127,12 +127,12 @@ def of_drift(folder, before):
 
 
 def by_attitude(gyro, accel, rate):
-    """Return where `Attitude` takes a body for resting; rad/s and m/s^2."""
+    """Return the mask of rest by `Attitude`; rad/s and m/s^2."""
     return zr.Attitude(rate, mag=False).trace(gyro, accel)["at_rest"]
 
 
 def of_replay(folder):
-    """Print what tells `replay` of motion: the detector of motion, or the rests of `Attitude`."""
+    """Print `replay` with its motion detector, and with the rests of `Attitude`."""
     rows = []
     for body in bodies(folder):
         size = np.nanmedian(np.linalg.norm(body.accel, axis=1))
@@ -146,7 +146,7 @@ def of_replay(folder):
 
 
 def idling(seed, engine):
-    """Return a drive whose engine shakes both sensors, and the bias of its gyro, rad/s."""
+    """Return a drive with an engine that shakes both sensors, and the gyro bias, rad/s."""
     drive = zr.simulate_drive(duration=60.0, seed=seed)
     recording, rng = drive.recording(), np.random.default_rng(seed)
     gyro, accel = recording.gyro, recording.accel
@@ -162,7 +162,7 @@ def idling(seed, engine):
 
 
 def of_navigation():
-    """Print what rest `navigate` starts from, by its means and by those of a tenth of a second."""
+    """Print the rest from which `navigate` starts, with its means and with means of 0.1 s."""
     rows = []
     for engine in (0.0, 0.3, 1.0):
         errors = {0.5: [], 0.1: []}
@@ -193,7 +193,7 @@ def of_navigation():
 
 
 def spans(flags, rate):
-    """Return from and to when a body rests, half a second before it is known, s."""
+    """Return start and end of each rest, half a second before its detection, s."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2) / rate
     found, last = [], 0.0
     for begin, end in edges.tolist():
@@ -205,7 +205,7 @@ def spans(flags, rate):
 
 
 def calibrated(gyro, accel, rests):
-    """Return a calibration, None where there are too few rests."""
+    """Return a calibration; None if there are too few rests."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -215,7 +215,7 @@ def calibrated(gyro, accel, rests):
 
 
 def of_calibration(folder):
-    """Print what rests a calibration is made of: its own, those given, and those of `Attitude`."""
+    """Print calibrations with their own rests, with given rests, and with rests of `Attitude`."""
     rows = []
     for tremor in (0.0, 0.3, 1.0):
         errors = [[], [], []]

@@ -1,4 +1,4 @@
-"""The figures of the guide to robust filtering: what outliers cost, and how a tick leaves them out.
+"""Figures of the guide to robust filtering: effect of outliers, and their rejection in a tick.
 
 python examples/robust_figures.py [FOLDER] [--seconds S] [--figures FOLDER]
 """
@@ -55,7 +55,7 @@ STYLES: Final = {
     "mean": (ORANGE, "-", "v"),
 }
 CLEAN: Final = 100.0 * SHARES[0] / 2.5
-"""Place of the clean record on the logarithmic axis, %."""
+"""Position of the clean record on the logarithmic axis, %."""
 
 MARKS: Final = {
     "counts": {"color": BLUE, "marker": "o", "ms": 2.2, "mew": 0.0},
@@ -63,7 +63,7 @@ MARKS: Final = {
     "far": {"color": VERMILION, "marker": "x", "ms": 3.4, "mew": 0.9},
     "exit": {"color": GREEN, "marker": "^", "ms": 3.0, "mew": 0.0},
 }
-"""How a sample of a tick is drawn, by what became of it."""
+"""Marks for the samples of a tick, by their treatment."""
 
 NAMES: Final = {"mean": "running mean", "fading+reject": "fading, outliers rejected"}
 
@@ -82,7 +82,7 @@ def main() -> None:
 
 
 def contamination(recordings: list[Recording]) -> "Figure":
-    """Draw what a share of outliers costs each method, either way and one way."""
+    """Draw the effect of a share of outliers on each method, two-sided and one-sided."""
     height = 78.0
     figure = new_figure(180.0, height)
     left, right = (figure.add_axes((x, 0.225, 0.42, 0.69)) for x in (0.065, 0.565))
@@ -163,16 +163,16 @@ def _error(z: Floats, held: Floats) -> float:
 
 @dataclass
 class Gate:
-    """The three zones of `auto`, sample by sample: centre, scale, and what a tick says.
+    """Three zones of `auto` for each sample: centre, scale, and result of a tick.
 
     Parameters
     ----------
     centre, scale : float
-        Level and deviation of the samples so far.
+        Level and standard deviation of the samples to date.
     step : float
         Smallest step of the output.
     longest : int
-        Far samples in a row on one side that may be outliers.
+        Longest run of far samples on one side that may be outliers.
     """
 
     centre: float
@@ -182,16 +182,16 @@ class Gate:
 
     @property
     def near(self) -> float:
-        """What is farther counts by this bound."""
+        """Bound to which samples farther away are limited."""
         return max(3.0 * self.scale, 1.01 * self.step)
 
     @property
     def far(self) -> float:
-        """What is farther does not count."""
+        """Bound beyond which samples do not count."""
         return max(4.0 * self.scale, 3.0 * self.step)
 
     def tick(self, z: Floats) -> "Tick":
-        """Take the samples of a tick."""
+        """Process the samples of a tick."""
         d = z - self.centre
         far = np.abs(d) > self.far
         near, bound, centre = self.near, self.far, self.centre
@@ -217,7 +217,7 @@ class Gate:
 
 @dataclass(frozen=True, eq=False)
 class Tick:
-    """Samples of a tick, how they were judged, and the zones that they were judged by."""
+    """Samples of a tick, their treatment, and the zones that were used."""
 
     z: Floats
     far: npt.NDArray[np.bool_]
@@ -230,7 +230,7 @@ class Tick:
 
 
 def burst() -> "Figure":
-    """Draw outliers, and then a burst, in ticks of a quarter second."""
+    """Draw outliers and then a burst, in ticks of a quarter second."""
     length, ticks, deviation = 25, 8, 0.1
     random = np.random.default_rng(8)
     z = deviation * random.standard_normal(length * ticks)
@@ -267,7 +267,7 @@ def _draw_tick(axes: "Axes", tick: Tick, begin: float, end: float) -> None:
     for bound, shade in ((tick.bound, "0.93"), (tick.near, "0.86")):
         low, high = tick.centre - bound, tick.centre + bound
         axes.fill_between((begin, end), low, high, color=shade, lw=0)
-    # A tick that exits counts whole.
+    # A tick with an exit counts as a whole.
     clipped = tick.beyond & ~tick.far & ~np.bool_(tick.exits)
     for chosen, what in (
         (~tick.far & ~clipped, "counts"),

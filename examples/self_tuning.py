@@ -1,8 +1,8 @@
-"""The self-tuning filter on recordings: how fast it starts, what it does in motion; with figures.
+"""Self-tuning filter on recordings: duration of the start, behaviour in motion; with figures.
 
 python examples/self_tuning.py [FOLDER] [--seconds S]
 
-The column vqf needs ``pip install vqf`` and is left out without it.
+The column vqf needs ``pip install vqf``. Without it the column is left out.
 """
 
 from dataclasses import dataclass
@@ -46,9 +46,9 @@ Floats = npt.NDArray[np.float64]
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
 LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
-"""deg/s: what rest can be, as the commands say it where they know the unit."""
+"""Limits of rest and bias, deg/s, as the commands set them for a known unit."""
 FIRST_REST = 300
-"""Sample from which on a bias is drawn: before, none is known."""
+"""Sample from which a bias is drawn; before it the bias is unknown."""
 WHITE, WALK = 0.01, 3e-4  # deg/s/sqrt(Hz), deg/s/sqrt(s)
 AFTER = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 120.0, 180.0])
 HORIZON = 10.0
@@ -56,17 +56,17 @@ SHORT = (60.0, 120.0, 180.0, 300.0)
 MOST_PIECES = 40
 GAINS = np.logspace(-5.0, -1.0, 25)
 NEAR = 0.05
-"""deg/s, the bias that a start must have found."""
+"""Bias accuracy that a start must reach, deg/s."""
 
 
 @dataclass(frozen=True)
 class Starts:
-    """What a filter switched on at many moments of a record knows after so many seconds."""
+    """Results of a filter that is started at many moments of a record, after some time."""
 
     coasting: Floats
     """RMS angle after coasting for `HORIZON`, deg, shape (AFTER,)."""
     settled: Floats
-    """Time to within `NEAR` of the best estimate of the whole record, s, one a start."""
+    """Time of each start to within `NEAR` of the best estimate of the whole record, s."""
 
 
 def main() -> None:
@@ -88,7 +88,7 @@ def learner(rate: float, channels: int | None = None, **limits: float) -> zr.Dri
 
 
 def learning() -> None:
-    """Draw what the filter makes of a simulated gyro whose drift is known."""
+    """Draw the filter's results for a simulated gyro with a known drift."""
     model = zr.NoiseModel(angle_random_walk=WHITE, rate_random_walk=WALK)
     z, truth = zr.simulate(model, RATE, 1800.0, 4)
     trace = learner(RATE, **LIMITS).trace(z)
@@ -133,7 +133,7 @@ def _learned(axes: "Axes", t: Floats, found: Floats, true: float, label: str) ->
 
 
 def starting(recording: Recording) -> None:
-    """Print how fast a filter that was just switched on is as good as one that has long run."""
+    """Print the time after which a new filter is as good as a filter that ran for long."""
     rows = []
     for i, axis in enumerate(recording.axes):
         z = recording.z[:, i]
@@ -154,7 +154,7 @@ def starting(recording: Recording) -> None:
 
 
 def starts(z: Floats, rate: float, ready: zr.DriftFilter, estimate: Floats) -> Starts:
-    """Switch a copy of a filter on at every hundredth of a record."""
+    """Start a copy of a filter at every hundredth of a record."""
     length, coast = round(AFTER[-1] * rate), round(HORIZON * rate)
     begins = np.linspace(0, z.size - length - coast - 1, 60).astype(int)
     ends = np.round(AFTER * rate).astype(int)
@@ -175,7 +175,7 @@ def _best(z: Floats, estimate: Floats, rate: float) -> float:
 
 
 def pieces(recording: Recording) -> None:
-    """Print how a filter does on short records: pieces of a long one, each filtered anew."""
+    """Print the results on short records: pieces of a long record, each filtered separately."""
     rows = []
     for seconds in SHORT:
         n = round(seconds * recording.rate)
@@ -192,7 +192,7 @@ def pieces(recording: Recording) -> None:
 
 
 def _piece(z: Floats, rate: float) -> Floats:
-    """Return squared coasting errors: auto, mean so far, and moving averages of many gains."""
+    """Return squared coasting errors: auto, mean to date, and moving averages of many gains."""
     estimates = [learner(rate).process(z), zr.metrics.running_mean(z)]
     estimates += [exponential_mean(z, gain) for gain in GAINS]
     late = slice(len(z) // 3, None)
@@ -201,7 +201,7 @@ def _piece(z: Floats, rate: float) -> Floats:
 
 
 def orientation(path: Path) -> None:
-    """Print and draw a hand-moved gyro beside an optical reference."""
+    """Print and draw a hand-moved gyro next to an optical reference."""
     log = zr.read_log(path, rate=BROAD_RATE)
     columns = zr.read_log(path, rate=BROAD_RATE, columns=[f"ref_quat_{a}" for a in "wxyz"])
     trace = learner(BROAD_RATE, channels=3).trace(log.data)
@@ -236,14 +236,14 @@ def _vqf(path: Path, log: zr.Log) -> dict[str, Floats]:
 
 
 def _means(t: Floats, z: Floats, rate: float) -> Floats:
-    """Return time and value of the means of whole seconds."""
+    """Return times and values of the means of whole seconds."""
     length = round(rate)
     whole = z.size // length * length
     return np.stack([x[:whole].reshape(-1, length).mean(axis=1) for x in (t, z)])
 
 
 def motion_figure(log: zr.Log) -> None:
-    """Draw one axis, its bias, and where the filter saw motion."""
+    """Draw one axis, its bias, and the detected motion."""
     z = np.degrees(log.data[:, 2])
     trace = learner(log.rate, **LIMITS).trace(z)
     t = np.arange(z.size) / log.rate

@@ -1,4 +1,4 @@
-"""Tables as the studies in this folder print them."""
+"""Tables for the studies in this folder."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final
@@ -16,11 +16,11 @@ WORDS: Final = (
     "model",
     "judgement",
 )
-"""Columns that are set to the left."""
+"""Columns that are aligned left."""
 
 
 def table(title: str, head: Sequence[str], rows: Rows, markdown: bool) -> str:
-    """Return an aligned table, words to the left and numbers to the right."""
+    """Return an aligned table, with words at the left and numbers at the right."""
     body = [head, *rows]
     widths = [max(map(len, column)) for column in zip(*body, strict=True)]
     words = [name in WORDS for name in head]

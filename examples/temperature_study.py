@@ -1,10 +1,12 @@
-"""How well the bias is predicted at temperatures to come, and how true the errors are.
+"""Prediction of the bias at new temperatures, and the validity of its errors.
 
-``python examples/temperature_study.py [SEEDS]`` prints two tables in Markdown. The first has the
-root mean square over the seeds, 48 by default, of predicted less true bias, deg/s, from the end
-of what was fitted to the end of a warm-up of half an hour (time constant 400 s, 20 K, random walk
-2.5e-4 deg/s/sqrt(s), white noise 0.005 deg/s/sqrt(Hz), 25 Hz). The second says what the error of
-a slope and the answer on whole degrees would be without two of the model's parts.
+``python examples/temperature_study.py [SEEDS]`` prints two tables in Markdown. The first table has
+the RMS over the seeds (default 48) of predicted minus true bias, deg/s. It covers the time from the
+end of the fit to the end of a warm-up of half an hour. The warm-up has a time constant of 400 s, 20
+K, random walk 2.5e-4 deg/s/sqrt(s), white noise 0.005 deg/s/sqrt(Hz), and 25 Hz.
+
+The second table has the error of a slope, and the result with whole degrees, without two parts of
+the model.
 """
 
 import sys
@@ -22,9 +24,9 @@ RATE, DURATION, TIME_CONSTANT = 25.0, 1800.0, 400.0
 START, REFERENCE = 20.0, 25.0
 WHITE, WALK = 0.005, 2.5e-4
 SLOPE, CURVATURE = 0.03, 3e-4
-# Seconds by which the gyro is behind the thermometer in the row of that name.
+# Delay of the gyro relative to the thermometer in the row of this name, s.
 LAG = 35.0
-# Name: span in kelvins, slope, curvature, part of the record that is fitted.
+# Name: span, K, slope, curvature, and part of the record that is fitted.
 CASES = {
     "20 K, first half": (20.0, SLOPE, CURVATURE, 0.5),
     "20 K, first fifth": (20.0, SLOPE, CURVATURE, 0.2),
@@ -34,12 +36,12 @@ CASES = {
     "lag, up and down": (20.0, SLOPE, CURVATURE, 0.5),
     "whole degrees": (20.0, SLOPE, CURVATURE, 0.5),
 }
-# What an earlier trial reached with eight seeds; of whole degrees what was to be reached.
+# Results of an earlier study with eight seeds; for whole degrees, the target.
 ASKED = (0.0060, 0.015, 0.0078, 0.0060, 0.0061, 0.057, 0.020)
 
 
 def true_temperature(name, span):
-    """Return the time and what a fine thermometer at the gyro's place would show."""
+    """Return the time, and the readings of an exact thermometer at the gyro."""
     t = np.arange(int(DURATION * RATE)) / RATE
     warming = 1.0 - np.exp(-t / TIME_CONSTANT)
     if name == "lag, up and down":
@@ -50,7 +52,7 @@ def true_temperature(name, span):
 
 
 def delayed(values):
-    """Return values that follow those given with the lag's time constant."""
+    """Return values that follow the given values with the time constant of the lag."""
     samples = values[:: int(RATE)]
     followed = np.empty_like(samples)
     followed[0] = samples[0]
@@ -61,7 +63,7 @@ def delayed(values):
 
 
 def record(name, seed):
-    """Return samples, what the thermometer shows, the true bias and where the fit ends."""
+    """Return samples, thermometer readings, the true bias, and the end of the fit."""
     span, slope, curvature, part = CASES[name]
     rng = np.random.default_rng(seed)
     _, T = true_temperature(name, span)
@@ -79,40 +81,41 @@ def hold(z, T, rest):
 
 
 def seconds_of(values):
-    """Return means of a second, which a cubic is fitted to as well as to all samples."""
+    """Return means over a second; a cubic fits them as well as all samples."""
     return values[: values.size // int(RATE) * int(RATE)].reshape(-1, int(RATE)).mean(axis=1)
 
 
 def cubic(z, T, rest):
-    """Return a cubic by least squares, carried on."""
+    """Return a least-squares cubic with its extrapolation."""
     found = np.polynomial.Polynomial.fit(seconds_of(T), seconds_of(z), 3)
     return found(rest)
 
 
 def clamped(z, T, rest):
-    """Return the same, held at the ends of the range: PX4 and ArduPilot."""
+    """Return a cubic that is constant beyond the range, as in PX4 and ArduPilot."""
     return cubic(z, T, np.clip(rest, T.min(), T.max()))
 
 
 def published(z, T, rest, slope=0.1, by_force=0.0, force=0.0):
-    """Return the model of Chen et al. 2013: bias = A + 0.1 (T - 25), and 0.1 a if that is asked.
+    """Return the model of Chen et al. 2013: bias = A + 0.1 (T - 25), and optionally 0.1 a.
 
-    A by its Kalman filter, transition, output and first variance 1; without process noise.
+    A comes from its Kalman filter, with transition, output and first variance 1, without process
+    noise.
     """
     known = slope * (T - REFERENCE) + by_force * force
     A, P, R = 0.0, 1.0, np.var(np.diff(z)) / 2.0
-    # All samples at once: of a constant the filter's answer is their mean with its start.
+    # Process all samples at once: for a constant, the filter's result is the mean with the start.
     A = (A / P + np.sum(z - known) / R) / (1.0 / P + z.size / R)
     return A + slope * (rest - REFERENCE) + by_force * force
 
 
 def model(z, T, rest):
-    """Return what zr.TemperatureModel predicts."""
+    """Return the prediction of zr.TemperatureModel."""
     return zr.TemperatureModel.fit(z, T, RATE).predict(rest).value
 
 
 def kalman(z, T, rest):
-    """Return what zr.TemperatureFilter says while the samples are missing."""
+    """Return the prediction of zr.TemperatureFilter while the samples are missing."""
     f = zr.TemperatureFilter(RATE)
     f.process(z, T)
     return f.process(np.full(rest.size, np.nan), rest)
@@ -129,7 +132,7 @@ METHODS = {
 
 
 def error(method, name, seed):
-    """Return the root mean square of predicted less true bias."""
+    """Return the RMS of predicted minus true bias."""
     z, T, bias, end = record(name, seed)
     return rms(method(z[:end], T[:end], T[end:]) - bias[end:])
 
@@ -150,7 +153,7 @@ def predictions(seeds):
 
 
 def slope_errors(name, seeds):
-    """Return the slope's errors over the standard error it has."""
+    """Return the slope's errors divided by its standard error."""
     _, slope, curvature, _ = CASES[name]
     found = []
     for seed in seeds:
@@ -163,21 +166,21 @@ def slope_errors(name, seeds):
 
 @contextmanager
 def flat_in_logarithm():
-    """Take all walks for equally likely, however weak."""
+    """Use equal prior probabilities for random walks of all strengths."""
     with mock.patch.object(fitting, "_WALK_PRIOR", np.ones_like(fitting._WALK_PRIOR)):
         yield
 
 
 @contextmanager
 def as_shown():
-    """Take whole degrees for the temperature."""
+    """Treat whole degrees as the temperature."""
     with mock.patch.object(modelling, "between_steps", lambda _, T: (T, 0.0)):
         yield
 
 
 @contextmanager
 def through_the_middles():
-    """Draw lines through the middles of the stays, and none before the first and after the last."""
+    """Interpolate between the middles of the constant spans, without values outside them."""
 
     def joined(t, T):
         edges = np.flatnonzero(np.diff(T)) + 1

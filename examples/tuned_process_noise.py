@@ -1,8 +1,8 @@
-"""The regret of the published filters on simulated gyros, over the process noise they start from.
+"""Regret of the published filters on simulated gyros, over their initial process noise.
 
 python examples/tuned_process_noise.py [--seeds N] [--markdown]
 
-Needs no recording. `zerorate compare --simulated` runs the same gyros with the default, 0.1.
+No recording is needed. `zerorate compare --simulated` runs the same gyros with the default of 0.1.
 """
 
 import argparse
@@ -23,7 +23,7 @@ HEAD = ("process noise G0", *(f"{name} {what}" for name in METHODS for what in (
 
 
 def started(method: Method, process_noise: float) -> Judged:
-    """Return a filter of the paper from this process noise, as a method to be judged."""
+    """Return a filter of the paper with this process noise, as a method for the comparison."""
 
     def judged(signal: Floats, rate: float) -> Floats:
         bank = zr.DriftFilter(
@@ -40,7 +40,7 @@ def started(method: Method, process_noise: float) -> Judged:
 
 
 def rows(found: Regret) -> list[Sequence[str]]:
-    """Return a row for each start, then that of the best start of each gyro."""
+    """Return a row for each start, then a row with the best start of each gyro."""
     kept = found.regret[found.lasting_mask, :-1].reshape(-1, len(METHODS), len(STARTS))
     listed = [(f"{start:.0e}", kept[:, :, i]) for i, start in enumerate(STARTS)]
     listed.append(("the best of each gyro", kept.min(axis=2)))
@@ -48,7 +48,7 @@ def rows(found: Regret) -> list[Sequence[str]]:
 
 
 def _summary(values: Floats) -> list[str]:
-    """Return mean and worst of each method, of regrets of shape (gyros, methods)."""
+    """Return mean and maximum of each method, from regrets of shape (gyros, methods)."""
     pairs = zip(values.mean(axis=0), values.max(axis=0), strict=True)
     return [f"{value:.2f}" for pair in pairs for value in pair]
 

@@ -1,7 +1,7 @@
-"""Simulated robots, boats, drones and walkers: sensors and fixes of a way that is known.
+"""Simulated robots, boats, drones and walkers: sensors and fixes on a known path.
 
-The way is a closed form of time; the truth is what strapdown navigation makes of its samples, as
-in ``zr.simulate_drive``.
+The path is a closed form of time. The truth is the strapdown navigation of its samples, as in
+``zr.simulate_drive``.
 """
 
 from functools import partial
@@ -27,7 +27,7 @@ def waves(random, rms, low, high, lines=5):
 
 
 def turns(random, apart, length, until=700.0):
-    """Return the angle of turns that come by chance, ``apart`` seconds on average, rad."""
+    """Return the angle of random turns, ``apart`` seconds apart on average, rad."""
     begin = np.cumsum(random.exponential(apart, int(until / apart)) + 0.7 * length)
     angle = random.choice([-1.0, 1.0], len(begin)) * random.uniform(0.3, 1.9, len(begin))
     seconds = length * random.uniform(0.7, 1.5, len(begin))
@@ -40,7 +40,7 @@ def turns(random, apart, length, until=700.0):
 
 
 def robot(random, speed):
-    """Return the motion of a robot on wheels: speed, turns, and ground that is not even."""
+    """Return the motion of a wheeled robot, with varying speed, turns, and uneven ground."""
     turn = turns(random, 8.0, 4.0)
     pace, roll, pitch = (
         waves(random, rms, low, high)
@@ -58,7 +58,7 @@ def robot(random, speed):
 
 
 def boat(random, speed):
-    """Return the motion of a boat: it rolls, heaves, and slips sideways."""
+    """Return the motion of a boat, which rolls, heaves and slips sideways."""
     roll, pitch = waves(random, 4 * DEG, 0.15, 0.4), waves(random, 2 * DEG, 0.1, 0.3)
     turn, pace = turns(random, 20.0, 12.0), waves(random, 0.25, 0.01, 0.05)
     slip, heave = waves(random, 0.05, 0.005, 0.05), waves(random, 0.2, 0.1, 0.3)
@@ -73,7 +73,7 @@ def boat(random, speed):
 
 
 def drone(random, speed):
-    """Return the motion of a multirotor: it flies to any side, and tilts as it speeds up."""
+    """Return the motion of a multirotor, which flies in any direction and tilts to accelerate."""
     north, east = waves(random, 0.7 * speed, 0.01, 0.08), waves(random, 0.7 * speed, 0.01, 0.08)
     turn, climb = turns(random, 15.0, 4.0), waves(random, 0.4, 0.02, 0.1)
     heading = random.uniform(0.0, 2.0 * np.pi)
@@ -117,15 +117,15 @@ KINDS = {
     "drone": (drone, 5.0, {"gyro": 2e-3, "accel": 0.05}),
     "walker": (walker, 1.4, {"gyro": 2e-3, "accel": 0.05}),
 }
-"""Motion, usual speed, m/s, and white noise of the sensors, rad/s and m/s^2 a root hertz, each a
-tenth of these."""
+"""Motion, usual speed, m/s, and a tenth of the sensors' white noise, rad/s and m/s^2 per root
+hertz."""
 
 
 def simulate_vehicle(kind, duration=300.0, *, seed=0, rest=20.0, speed=None, rate=50.0, **receiver):
-    """Return a simulated drive of a vehicle: ``kind`` a key of `KINDS` or "car".
+    """Return a simulated drive of a vehicle; ``kind`` is a key of `KINDS` or "car".
 
-    ``receiver`` are arguments of `zr.simulate_drive`: fixes_rate, position_sigma, velocity_sigma,
-    antenna, time_offset; gyro, accel are noise models.
+    ``receiver`` has arguments of `zr.simulate_drive`: fixes_rate, position_sigma, velocity_sigma,
+    antenna, time_offset. gyro and accel are noise models.
     """
     if kind == "car":
         return zr.simulate_drive(rate, duration, seed=seed, rest=rest, **receiver)
@@ -145,7 +145,7 @@ def simulate_vehicle(kind, duration=300.0, *, seed=0, rest=20.0, speed=None, rat
 
 
 def _simulate_with(sampled, rate, duration, **arguments):
-    """Run the simulator of drives with samples of another way."""
+    """Run the simulator of drives with the samples of another motion."""
     usual = road._sample_road
     road._sample_road = lambda _, seconds, hertz, start: sampled(seconds, hertz, start)
     try:
@@ -155,7 +155,7 @@ def _simulate_with(sampled, rate, duration, **arguments):
 
 
 def _begun(rest, t):
-    """Return time of the motion, which begins at rest, and how fast that passes."""
+    """Return the time of the motion, which starts at rest, and its rate."""
     ease = 3.0
     s = np.clip((t - rest) / ease, 0.0, None) if rest > 0.0 else t / ease + 1.0
     early = s < 1.0

@@ -1,4 +1,4 @@
-"""The tables and figures of the guide to wavelets, all of simulated signals.
+"""Tables and figures of the guide to wavelets, from simulated signals.
 
 python examples/wavelet_figures.py
 """
@@ -39,7 +39,7 @@ RATE = 200.0
 NOISE = 0.1
 DURATION = 600.0
 SETTLED = round(20.0 * RATE)
-"""Samples that a stream is given to learn its noise."""
+"""Number of samples from which a stream learns its noise."""
 SEEDS = range(1, 5)
 
 RECORDS: dict[str, dict[str, Any]] = {
@@ -55,7 +55,7 @@ RECORDS: dict[str, dict[str, Any]] = {
 BANKS = list(product(("haar", "db2", "db4"), (2, 3, 4, 5)))
 SHOWN = [("haar", 3), ("db2", 3), ("db4", 3), ("db4", 5)]
 CUTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-"""Cut-offs of the low-pass, Hz, of which the best one counts."""
+"""Cut-off frequencies of the low-pass filter, Hz; the best result counts."""
 
 
 def main() -> None:
@@ -67,7 +67,7 @@ def main() -> None:
 
 
 def of_records() -> None:
-    """Print the error of whole records in motion over that of the raw record."""
+    """Print the errors of whole records in motion, relative to the raw record."""
     rows = []
     for name, how in RECORDS.items():
         still = [_error(_denoised(_noise(seed), how), 0.0) for seed in SEEDS]
@@ -96,7 +96,7 @@ def _error(x: Floats, truth: Floats | float) -> float:
 
 
 def at_rest() -> None:
-    """Print Allan deviations of an hour at rest, and the error to its true drift."""
+    """Print Allan deviations of an hour at rest, and the error relative to the true drift."""
     model = zr.NoiseModel(
         angle_random_walk=convert(0.432237, "deg/sqrt(h)", "rad/s/sqrt(Hz)"),
         bias_instability=convert(3.936395, "deg/h", "rad/s"),
@@ -122,7 +122,7 @@ def _bias(z: Floats) -> Floats:
 
 
 def levels() -> None:
-    """Draw the level chosen against the length of the record, of white noise and of motion."""
+    """Draw the chosen level over the length of the record, for white noise and motion."""
     lengths = np.unique(np.round(np.geomspace(300, 120_000, 25)).astype(int))
     rules = {
         "psr": (VERMILION, "ρ = 0.05", "s"),
@@ -137,7 +137,7 @@ def levels() -> None:
         for name, (colour, cut, mark) in rules.items():
             found = [_mean_level(motion, n, name) for n in lengths]
             label = f"{name}, {cut}" if cut else name
-            # Open marks: where one line lies on another, both are seen.
+            # Use open marks, so that lines on top of each other stay visible.
             look = {"marker": mark, "ms": 3.2, "mfc": "none", "mew": 0.6, "markevery": 2}
             axes.semilogx(lengths, found, color=colour, lw=0.9, label=label, **look)
         deepest = [math.floor(math.log2(n / 7)) for n in lengths]
@@ -162,7 +162,7 @@ def _mean_level(motion: str, n: int, rule: Any) -> float:
 
 
 def streams() -> None:
-    """Print and draw what is returned live, beside the best low-pass of the same delay."""
+    """Print and draw live results, next to the best low-pass filter with the same delay."""
     truths = {name: motion(RATE, 300.0, 1) for name, motion in MOTIONS.items()}
     white = NOISE * np.random.default_rng(7).standard_normal(round(300.0 * RATE))
     noisy = {name: truth + white for name, truth in truths.items()}
@@ -203,7 +203,7 @@ def streams() -> None:
 
 
 def _live(bank: tuple[str, int], mode: Any, z: Floats, truth: Floats) -> tuple[float, float]:
-    """Return the error to the truth of now, and to that of the delay ago."""
+    """Return the error relative to the current truth, and relative to the delayed truth."""
     denoiser = zr.WaveletDenoiser(RATE, *bank, mode=mode)
     x, delay = denoiser.process(z), denoiser.delay
     now = _error(x[SETTLED:], truth[SETTLED:])
@@ -211,7 +211,7 @@ def _live(bank: tuple[str, int], mode: Any, z: Floats, truth: Floats) -> tuple[f
 
 
 def _filtered(delay: int, cut: float, z: Floats, truth: Floats) -> float:
-    """Return the error of a low-pass of this delay, which is removed: a sinc by Hamming."""
+    """Return the error of a low-pass filter (windowed sinc) after its delay is removed."""
     k = np.arange(-delay, delay + 1)
     taps = np.sinc(2.0 * cut / RATE * k) * np.hamming(k.size)
     x = np.convolve(z, taps / taps.sum(), "valid")
@@ -219,7 +219,7 @@ def _filtered(delay: int, cut: float, z: Floats, truth: Floats) -> float:
 
 
 def _best_within(delay: int, name: str, lowpass: dict[tuple[int, str], float]) -> float:
-    """Return the least error of all low-passes of no more delay: one may wait besides."""
+    """Return the smallest error of all low-pass filters with at most this delay."""
     return min(e for (own, motion), e in lowpass.items() if own <= delay and motion == name)
 
 

@@ -1,11 +1,13 @@
 """Turns the raw output of MEMS inertial sensors into numbers to navigate by, live or from a log.
 
-Conventions: a record of one axis has shape (n,), of k axes (n, k), both float64. Wherever samples
-are taken a `Log`, a data frame, a series or an Arrow table is taken too, and arrays are returned:
-`Log.with_data` makes a log of them again. A log's rate must be that of the filter, and its unit is
-converted where a class needs a certain one, as `Attitude` does. Other filters return the unit that
-they are given; noise models and simulation are in SI (rad/s). NaN, infinities and ``None`` are
-missing samples. R is the measurement noise variance, G the process noise covariance of the state.
+A record of one axis has shape (n,), a record of k axes has shape (n, k); both are float64. Every
+function that takes samples also accepts a `Log`, a data frame, a series or an Arrow table. Arrays
+are returned: `Log.with_data` turns them into a log again.
+
+The rate of a log must equal the rate of the filter. Classes that need a certain unit, such as
+`Attitude`, convert the log's unit. Other filters return the unit of their input. Noise models and
+simulations use SI units (rad/s). NaN, infinity and ``None`` mark missing samples. R is the variance
+of the measurement noise, G the process noise covariance of the state.
 """
 
 from collections.abc import Callable
@@ -139,7 +141,7 @@ _LAZY_EXPORTS: Final = {
     "tasks.report": "report",
     "tasks.walk": "walk",
 }
-"""Names by the module that is imported at the first access; packages of the root first."""
+"""Public names by module, imported at first access; the packages themselves are under ""."""
 
 __all__ = sorted(["__version__", *modules_by_name(_LAZY_EXPORTS)])
 
@@ -150,11 +152,11 @@ if not TYPE_CHECKING:
 
 
 def _rule(module: str, name: str) -> Callable[..., Any]:
-    """Return a function that is imported when it is first called."""
+    """Return a function that imports its target when it is first called."""
     return lambda *given, **named: getattr(import_module(module), name)(*given, **named)
 
 
-# Compiled classes know no module of the package: their rules are registered here.
+# The compiled module cannot import Python modules: functions that it needs are registered here.
 register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.record.missing", "without_masks"),

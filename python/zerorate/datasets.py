@@ -1,7 +1,7 @@
 """Public recordings by name, downloaded once, for the tutorials.
 
-A recording is pinned to a commit of its repository. A file whose SHA-256 differs is refused; where
-the package does not know it, the first download keeps it next to the file.
+Each recording is pinned to a commit of its repository. A file with another SHA-256 is rejected. If
+the package has no checksum, the first download saves its checksum next to the file.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ class Dataset:
     Attributes
     ----------
     name : str
-        What `fetch` calls it.
+        Name to pass to `fetch`.
     about : str
-        What was recorded, by which device.
+        What was recorded, and with which device.
     licence : str
-        Under which its authors give it.
+        Licence of the recording.
     repository, commit, path : str
-        Where it is: the owner and name on GitHub, the commit, the file.
+        Owner and name of the repository on GitHub, the commit, and the path of the file in it.
     sha256 : str, optional
-        Of the file; None where it is not known.
+        SHA-256 of the file; None if it is not known.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Dataset:
 
     @property
     def url(self) -> str:
-        """The address from which it is downloaded."""
+        """Address of the download."""
         return f"{_HOST_URL}/{self.repository}/{self.commit}/{quote(self.path)}"
 
 
@@ -148,35 +148,35 @@ _OTHER_DATASETS: Final = (
 DATASETS: Final = {
     one.name: one for one in (*(_broad(*item) for item in _BROAD.items()), *_OTHER_DATASETS)
 }
-"""The public recordings by name: `Dataset` says what each is and under which licence."""
+"""Public recordings by name, as `Dataset` objects."""
 
 
 def fetch(name: str, folder: str | Path | None = None) -> Path:
-    """Return the file of a public recording, which is downloaded when it is not there yet.
+    """Return the path of a public recording; download the file first if it is missing.
 
-    What it is, its licence and its address are written to stderr before a download.
+    Before a download, its description, licence and address are written to stderr.
 
     Parameters
     ----------
     name : str
-        One of `DATASETS`, such as ``"broad/05"``.
+        Key of `DATASETS`, such as ``"broad/05"``.
     folder : path, optional
-        Where files are kept; default the cache of the user.
+        Folder for the files. Default: the user's cache.
 
     Returns
     -------
     pathlib.Path
-        The file, for `zerorate.read_recording` or `zerorate.read_log`.
+        Path for `zerorate.read_recording` or `zerorate.read_log`.
 
     Raises
     ------
     ValueError
-        If there is no such recording, or the file differs from the known one, or from the one
-        that was first downloaded, or was put there by another program.
+        If the name is unknown, or the checksum of the file is wrong. Also if the file is of another
+        program.
     ImportError
-        If pooch is not installed, the extra ``data``.
+        If pooch (extra ``data``) is not installed.
     OSError
-        If it cannot be downloaded.
+        If the download fails.
 
     Examples
     --------
@@ -217,7 +217,7 @@ def _checksum_path(path: Path) -> Path:
 
 
 def _read_checksum(path: Path) -> str:
-    """Return the SHA-256 that the first download kept; ValueError if there is none."""
+    """Return the SHA-256 saved by the first download; ValueError if there is none."""
     try:
         return _checksum_path(path).read_text(encoding="ascii").strip()
     except OSError:

@@ -1,8 +1,8 @@
-"""Sentences and errors that know which arguments they are about, however these are written.
+"""Sentences and errors that name arguments, for Python and for the shell.
 
-Python writes ``rate=100`` where a shell has ``--rate 100``. A `Sentence` is the text as Python
-writes it, and keeps its parts, so that `render_text` can write the arguments in another way. Nobody
-reads a sentence to find out what it is about: an error has an ``argument`` for that.
+Python writes ``rate=100``, a shell writes ``--rate 100``. A `Sentence` is the text in Python's
+form. It also keeps its parts, and `render_text` can then write the arguments in the shell's form.
+Code that needs the argument of an error reads its ``argument`` attribute.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -27,18 +27,18 @@ __all__ = [
 
 
 class Argument(NamedTuple):
-    """An argument that a sentence names, maybe with the value that it should have.
+    """An argument named in a sentence, with its value if any.
 
     Attributes
     ----------
     name : str
-        Its keyword.
+        Keyword of the argument.
     value : str
-        What a shell would have after it; "" for the name alone.
+        Value in the shell's form; "" to write the name alone.
     python : str
-        How Python writes both.
+        Name and value in Python's form.
     shell_only : tuple of Argument
-        Further ones that only a shell needs.
+        Further arguments that are necessary only in the shell.
     """
 
     name: str
@@ -50,36 +50,36 @@ class Argument(NamedTuple):
 def keyword_argument(
     name: str, value: str = "", python: str | None = None, *shell_only: Argument
 ) -> Argument:
-    """Return an argument as it is given: ``rate=`` or ``rate=100``, or as `python` says."""
+    """Return an argument with its value, ``rate=100``, or in the form given by `python`."""
     return Argument(name, value, f"{name}={value}" if python is None else python, shell_only)
 
 
 def bare_argument(name: str) -> Argument:
-    """Return an argument of which the name alone is said, as in 'rate must be positive'."""
+    """Return an argument to be named without a value, as in 'rate must be positive'."""
     return Argument(name, "", name)
 
 
 Naming: TypeAlias = Mapping[str, str]
-"""Names of arguments by their keywords: ``--time-unit`` for ``time_unit``.
+"""Shell names of arguments by keyword: ``--time-unit`` for ``time_unit``.
 
-One that is not among them, as there is no such option, is written as Python has it.
+An argument without an entry keeps its name in Python.
 """
 
 
 class Sentence(str):
-    """A text that names arguments, as Python writes them.
+    """A text that names arguments, in Python's form.
 
     Attributes
     ----------
     parts : tuple of str and Argument
-        What it consists of.
+        Texts and arguments of the sentence, in order.
     """
 
     parts: tuple[str | Argument, ...]
 
     @classmethod
     def of(cls, *parts: str | Argument) -> Self:
-        """Return the sentence of parts, which may be sentences too."""
+        """Return a sentence made of its parts; a part can be a sentence."""
         flat: list[str | Argument] = []
         for part in parts:
             flat.extend(part.parts if isinstance(part, Sentence) else (part,))
@@ -88,17 +88,17 @@ class Sentence(str):
         return made
 
     def __reduce__(self) -> tuple[Callable[..., Self], tuple[str | Argument, ...]]:
-        """Let the parts come along to another process."""
+        """Keep the parts when the sentence is pickled for another process."""
         return type(self).of, self.parts
 
     def map_texts(self, change: Callable[[str], str]) -> Self:
-        """Return the sentence with its texts changed, and its arguments as they are."""
+        """Return the sentence with `change` applied to its texts; its arguments stay the same."""
         return self.of(
             *(part if isinstance(part, Argument) else change(part) for part in self.parts)
         )
 
     def with_names(self, naming: Naming) -> str:
-        """Return the text with the arguments called otherwise, as they are typed in a shell."""
+        """Return the text with the names of arguments replaced, for example by shell names."""
         return "".join(
             _shell_text(part, naming) if isinstance(part, Argument) else part for part in self.parts
         )
@@ -115,31 +115,31 @@ make_sentence = Sentence.of
 
 
 class ArgumentError(ValueError):
-    """An argument is not as required.
+    """Error for an argument with an invalid value.
 
     Parameters
     ----------
     argument : str
-        Its keyword, with which the message begins.
+        Keyword of the argument; the message begins with it.
     fault : str
         The rest of the sentence: 'must be positive, got -1'.
     """
 
     def __init__(self, argument: str, fault: str) -> None:
-        """Make the sentence."""
+        """Build the message."""
         super().__init__(make_sentence(bare_argument(argument), " ", fault))
         self.argument = argument
         self._fault = fault
 
     def __reduce__(self) -> tuple[type[Self], tuple[str, str]]:
-        """Let it be raised in another process."""
+        """Make the error picklable, so another process can raise it."""
         return type(self), (self.argument, self._fault)
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return the sentence of an error, as a `Sentence` if it names arguments.
+    """Return the message of an error, as a `Sentence` if it names arguments.
 
-    One of the compiled module begins with the name of its ``argument``.
+    Messages of the compiled module begin with the name of their ``argument``.
     """
     text = error.args[0] if error.args else ""
     if isinstance(text, Sentence):
@@ -151,7 +151,7 @@ def sentence_of(error: BaseException) -> str:
 
 
 def strip_prefix(text: str, prefix: str) -> str:
-    """Return a text, which may be a sentence, without its prefix."""
+    """Return a text or sentence without its prefix."""
     if not isinstance(text, Sentence):
         return text.removeprefix(prefix)
     first, *rest = text.parts
@@ -161,12 +161,12 @@ def strip_prefix(text: str, prefix: str) -> str:
 
 
 def pack_text(text: str) -> object:
-    """Return a text, which may be a sentence, as JSON keeps it."""
+    """Return a text or sentence as an object for JSON."""
     return text.parts if isinstance(text, Sentence) else text
 
 
 def unpack_text(content: Any) -> str:  # noqa: ANN401
-    """Return the text that `pack_text` gave."""
+    """Return the text or sentence from the output of `pack_text`."""
     return content if isinstance(content, str) else make_sentence(*map(_part, content))
 
 
@@ -186,7 +186,7 @@ _NAMING: ContextVar[Naming | None] = ContextVar("naming", default=None)
 
 @contextmanager
 def use_argument_names(names: Naming) -> Iterator[None]:
-    """Let `render_text`, and with it all tables, call arguments by these names."""
+    """Make `render_text`, and all tables that use it, write arguments with these names."""
     before = _NAMING.set({**(_NAMING.get() or {}), **names})
     try:
         yield
@@ -195,6 +195,6 @@ def use_argument_names(names: Naming) -> Iterator[None]:
 
 
 def render_text(text: str) -> str:
-    """Return a text as it is shown: by Python's names, unless `use_argument_names` says others."""
+    """Return a text with the argument names of `use_argument_names`, or Python's names."""
     names = _NAMING.get()
     return text.with_names(names) if isinstance(text, Sentence) and names is not None else text

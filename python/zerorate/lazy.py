@@ -1,4 +1,4 @@
-"""Names of a package whose modules are imported at the first access to a name."""
+"""Import of a package's modules at the first access to one of their names."""
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -10,10 +10,10 @@ __all__ = ["lazy_exports", "modules_by_name"]
 def lazy_exports(
     package: str, exports: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return ``__getattr__`` and ``__dir__`` of a package, given its names by module.
+    """Return the functions ``__getattr__`` and ``__dir__`` of a package with lazy imports.
 
-    Those of a module stand in one string, a blank between; at "" stand names of modules. A type
-    checker must not see the former, to which any name would be right.
+    `exports` maps each module to its names, separated by blanks; the key "" lists names of modules.
+    Hide ``__getattr__`` from type checkers: with it they accept any name.
     """
     modules = modules_by_name(exports)
 
@@ -34,5 +34,5 @@ def lazy_exports(
 
 
 def modules_by_name(exports: Mapping[str, str]) -> dict[str, str]:
-    """Return the module of each name."""
+    """Return the module of each public name."""
     return {name: module for module, names in exports.items() for name in names.split()}

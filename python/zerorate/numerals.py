@@ -1,4 +1,4 @@
-"""Numbers as people read them: significant digits, and with their errors."""
+"""Numbers as text: rounded to significant digits, with standard errors."""
 
 import math
 from typing import Final
@@ -6,35 +6,35 @@ from typing import Final
 __all__ = ["DASH", "format_or_dash", "format_significant", "format_with_error", "shorten"]
 
 DASH: Final = "-"
-"""Stands where a number means nothing."""
+"""Text for a number that has no meaning."""
 
 
 def format_with_error(value: float, sigma: float) -> str:
-    """Return a number and its standard error, both down to the error's last significant digit."""
+    """Return a number and its standard error, rounded to the error's significant digits."""
     if not sigma > 0.0:
         return format_significant(value, 4)
     if not 1e-4 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.1g}"
-    # The second digit of an error matters only after a small first one.
+    # Two digits of the error are shown only if the first one is small.
     digits = 2 if f"{sigma:e}"[0] in "12" else 1
     last = digits - 1 - math.floor(math.log10(sigma))
-    # No minus before what rounds to zero.
+    # A number that rounds to zero gets no minus sign.
     rounded = (round(number, last) + 0.0 for number in (value, sigma))
     return " ± ".join(f"{number:.{max(last, 0)}f}" for number in rounded)
 
 
 def format_significant(value: float, digits: int = 3) -> str:
-    """Return a number of so many digits, zeros at its end included, as `shorten` writes it."""
+    """Return a number rounded to `digits` significant digits, with trailing zeros."""
     return _without_exponent(f"{value:#.{digits}g}".rstrip("."))
 
 
 def _without_exponent(text: str) -> str:
-    """Return the text of a number below a million without an exponent, others as they are."""
+    """Return the text of a number below a million without its exponent; keep other texts."""
     return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e6 else text
 
 
 def shorten(value: float, digits: int = 2) -> str:
-    """Return a number rounded to so many digits, without an exponent if it is of moderate size.
+    """Return a number rounded to `digits` digits, without an exponent if its size is moderate.
 
     Examples
     --------
@@ -45,5 +45,5 @@ def shorten(value: float, digits: int = 2) -> str:
 
 
 def format_or_dash(value: float) -> str:
-    """Return a number of three digits, or a dash where it is not finite."""
+    """Return a number with three digits, or a dash if it is not finite."""
     return format_significant(value) if math.isfinite(value) else DASH

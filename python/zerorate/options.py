@@ -1,7 +1,7 @@
-"""The options of a drift filter: one table of their names, defaults, ranges, units and methods.
+"""Options of the drift filter: names, defaults, ranges, units and methods.
 
-The table stands in the core, whose refusals come from it; the command line comes from what is read
-of it here.
+The compiled core has the table and uses it in error messages. The command line is built from the
+rows that this module reads.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from zerorate._native import _Option
     from zerorate._native import _StreamOptions as StreamOptions
 else:
-    # The stub alone lists them by name and type.
+    # Only the stub lists the arguments with names and types.
     FilterOptions = StreamOptions = _Option = dict
 
 __all__ = [
@@ -56,23 +56,23 @@ class Option:
     Parameters
     ----------
     name : str
-        Its keyword.
+        Keyword of the option.
     kind : str
-        What its value is: "order", two whole numbers (p, q); "number"; "seconds", or None for
-        always in "seconds or always"; "choice", one of `choices`; "pair or word", two numbers or
-        one of these; "word or flag", one of these, True or False.
+        Kind of the value. "order": two whole numbers (p, q). "number". "seconds". "seconds or
+        always": seconds, or None for always. "choice": one of `choices`. "pair or word": two
+        numbers, or one of `choices`. "word or flag": one of `choices`, True or False.
     default : object
-        Its default; None where that depends on the method, or where nothing is given.
+        Default value; None if the default depends on the method, or if nothing is set.
     meaning : str
-        What it is, in one sentence without a full stop.
+        Meaning of the option, without a full stop at the end.
     expected : str
-        The values that are allowed, in words.
+        Allowed values, in words.
     unit : str
-        Unit of a number, "" where there is none.
+        Unit of a number, "" without a unit.
     choices : tuple of str
-        The values of a choice, or the words in place of two numbers.
+        Words that are allowed as values.
     methods : tuple of str
-        The methods that use it; none where there are no methods and it always counts.
+        Methods that use the option; empty if the filter has no methods.
     """
 
     name: str
@@ -86,12 +86,12 @@ class Option:
 
     @classmethod
     def choice(cls, name: str, choices: tuple[str, ...], meaning: str) -> Option:
-        """Return one of some words, of which the first is the default."""
+        """Return an option with a choice of words; the first word is the default."""
         return cls(name, "choice", choices[0], meaning, _join_words(choices, "or"), choices=choices)
 
 
 def options_of_rows(rows: Iterable[_Option]) -> Iterator[Option]:
-    """Yield the rows of one of the core's tables, in the order in which help shows them."""
+    """Yield the options of a table of the core, in the order of the help."""
     for row in rows:
         parts: dict[str, Any] = dict(row)
         words = {name: tuple(parts[name]) for name in ("choices", "methods")}
@@ -99,7 +99,7 @@ def options_of_rows(rows: Iterable[_Option]) -> Iterator[Option]:
 
 
 def index_by_name(rows: Iterable[Option]) -> Mapping[str, Option]:
-    """Return a table by the names of its options."""
+    """Return the options by name."""
     return MappingProxyType({option.name: option for option in rows})
 
 
@@ -109,19 +109,19 @@ METHODS: Final = FILTER_OPTIONS["method"].choices
 """All methods: the published ones, then the one that tunes itself."""
 
 PUBLISHED_METHODS: Final = FILTER_OPTIONS["order"].methods
-"""The methods that have an ARMA model of the drift."""
+"""Methods that use an ARMA model of the drift."""
 
 
 REST_LIMITS: Final = MappingProxyType(
     {
-        # Motors that run shake a sensor at rest by 2 to 5 deg/s; a hand moves its mean as well, by
-        # more than the three tenths of this that a rest may.
+        # A running engine shakes a sensor at rest by 2 to 5 deg/s. Motion by hand also changes the
+        # mean, by more than the three tenths of this limit that a rest allows.
         "rest_limit": 10.0,
-        # Data sheets allow MEMS gyros up to this at power-on; what turns for long is often faster.
+        # Data sheets of MEMS gyros allow this bias at power-on; steady rotations are often faster.
         "bias_limit": 20.0,
     }
 )
-"""deg/s: what rest can be for a MEMS gyro, where the unit of the samples is known."""
+"""Limits of a rest for MEMS gyros, deg/s, used if the unit of the samples is known."""
 
 
 def add_rest_limits(
@@ -130,24 +130,24 @@ def add_rest_limits(
     unit: str | None,
     names: Iterable[str] = tuple(REST_LIMITS),
 ) -> dict[str, Any]:
-    """Return options of filters with the limits of rest, if the unit is known.
+    """Return options of filters with default limits of rest, if the unit is known.
 
     Parameters
     ----------
     options : mapping
-        Those that were given; a limit among them stands, None for no limit.
+        Options that were given. A limit given here replaces the default; None means no limit.
     methods : sequence of str
-        The methods that run.
+        Methods that will run.
     unit : str or None
-        Of the samples.
+        Unit of the samples; None if not known.
     names : iterable of str
-        Which of `REST_LIMITS`; default all.
+        Names of limits in `REST_LIMITS` to add; default all.
 
     Returns
     -------
     dict
-        The options, and in the unit of the samples those of the limits that a method uses. There
-        are none for what is no rate, and with ``motion="ignore"``, which takes all for rest.
+        The options, plus the limits that a method uses, in the unit of the samples. No limit is
+        added if the samples are no rates, or with ``motion="ignore"``.
     """
     if unit is None or not _is_rate(unit) or options.get("motion") == "ignore":
         return dict(options)
@@ -164,21 +164,21 @@ def check_used(
     methods: Sequence[str],
     options: Mapping[str, Option] = FILTER_OPTIONS,
 ) -> None:
-    """Refuse options that no method uses.
+    """Raise ValueError for options that no method uses.
 
     Parameters
     ----------
     names : iterable of str
         Names of options.
     methods : sequence of str
-        The methods that run.
+        Methods that will run.
     options : mapping
-        The table that the names are of; by default that of the drift filter.
+        Options by name; default: options of the drift filter.
 
     Raises
     ------
     ValueError
-        If there is such an option: it is named with the methods, and with those that use it.
+        If no method uses an option. The message names the methods that would use it.
     """
     for name in names:
         users = _find_option(name, options).methods
@@ -188,27 +188,27 @@ def check_used(
 
 
 def select_options(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that a method uses, of those given for several methods."""
+    """Return those of the given options that a method uses."""
     return {name: value for name, value in options.items() if method in _find_option(name).methods}
 
 
 def check_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of one filter, after checking them as the filter itself does.
+    """Return the options of one filter after the filter has checked them.
 
     Returns
     -------
     dict
-        The options, the method among them.
+        The options, with the method.
 
     Raises
     ------
     ValueError
-        If one is out of range, or not used by the method.
+        If a value is out of range, or the method does not use the option.
     TypeError
-        If there is no such option, or it is of another type.
+        If an option is unknown, or its value has a wrong type.
     """
     method = options.get("method", FILTER_OPTIONS["method"].default)
-    # The filter says what a method may be.
+    # The filter checks the name of the method.
     DriftFilter(1.0, **{"method": method, **select_options(method, options)})
     check_used(options, [method])
     return {"method": method, **options}

@@ -1,4 +1,4 @@
-"""Progress of long work: reported to a caller's function, or in a notebook by a bar."""
+"""Progress of long work, reported to a callable or shown as a bar in a notebook."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from typing import Any, Final
 __all__ = ["Counter", "Progress", "choose_counter", "choose_reporter", "report_nothing"]
 
 Progress = Callable[[str, float], None]
-"""Called with the step's name and the fraction of it that is done."""
+"""Callable that takes the name of the step and the fraction done."""
 
 Counter = Callable[[int, int], None]
-"""Called with how many things are through, and how many there are."""
+"""Callable that takes the number of items done and the number of all items."""
 
 _BAR_DELAY_S: Final = 1.0
-"""Seconds of work that need no bar."""
+"""Time before a bar is shown, s; shorter work has no bar."""
 _REDRAW_INTERVAL_S: Final = 0.2
-"""Seconds between two drawings of it."""
+"""Shortest time between two updates of the bar, s."""
 
 
 def report_nothing(step: str, fraction: float) -> None:
-    """Report nothing."""
+    """Do nothing with the progress."""
 
 
 def choose_reporter(progress: Progress | None) -> Progress:
-    """Return the caller's reporter, or else a bar in a notebook, or one that does nothing."""
+    """Return the caller's reporter; by default a bar in a notebook, elsewhere no report."""
     if progress is not None:
         return progress
     return _Bar() if _in_notebook() else report_nothing
 
 
 def choose_counter(progress: Counter | None) -> Counter:
-    """Return the caller's counter, or else a bar in a notebook, or one that does nothing."""
+    """Return the caller's counter; by default a bar in a notebook, elsewhere no report."""
     if progress is not None:
         return progress
     report = choose_reporter(None)
@@ -44,14 +44,14 @@ def choose_counter(progress: Counter | None) -> Counter:
 
 
 def _in_notebook() -> bool:
-    """Return True if there is a kernel that shows output; nothing is imported for it."""
+    """Return True in a notebook; IPython is not imported for this test."""
     ipython = sys.modules.get("IPython")
     shell = None if ipython is None else ipython.get_ipython()
     return getattr(shell, "kernel", None) is not None
 
 
 class _Bar:
-    """A bar in a notebook, shown of work that lasts, and taken away when it is done."""
+    """A progress bar in a notebook, shown only for long work and removed at the end."""
 
     def __init__(self) -> None:
         self._start_time = self._last_draw_time = monotonic()
@@ -78,6 +78,6 @@ class _Bar:
             self._handle.update(HTML(text))
 
     def __del__(self) -> None:
-        """Take the bar away: whoever reported to it has returned."""
+        """Remove the bar when the work no longer refers to it."""
         if self._handle is not None:
             self._show("")

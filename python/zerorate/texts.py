@@ -1,4 +1,4 @@
-"""Texts from outside, such as names of files; absent packages; how wide a line of text may be."""
+"""Printable texts, messages on missing packages, and the width of lines."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,20 +15,20 @@ __all__ = [
 ]
 
 WIDTH: Final = 100
-"""Most letters in a line, unless `use_line_width` says otherwise."""
+"""Default of the largest width of a line, characters."""
 
 _MIN_WIDTH: Final = 60
 _WIDTH: ContextVar[int] = ContextVar("width", default=WIDTH)
 
 
 def width() -> int:
-    """Return the largest width of a table's line, in letters."""
+    """Return the largest width of a line in a table, characters."""
     return _WIDTH.get()
 
 
 @contextmanager
 def use_line_width(letters: int) -> Iterator[None]:
-    """Let lines of tables have so many letters, 60 at least."""
+    """Set the largest width of lines in tables within ``with``; at least 60 characters."""
     token = _WIDTH.set(max(letters, _MIN_WIDTH))
     try:
         yield
@@ -37,9 +37,9 @@ def use_line_width(letters: int) -> Iterator[None]:
 
 
 def make_printable(text: str) -> str:
-    r"""Return a text that UTF-8 can hold: a byte of a name that is no UTF-8 becomes ``\xe9``.
+    r"""Return a text that UTF-8 can encode: other bytes of a file's name become ``\xe9``.
 
-    Python keeps such bytes as lone surrogates, which no file, figure or table takes.
+    Python keeps such bytes as lone surrogates, and files, figures or tables cannot contain these.
     """
     try:
         raw = text.encode("utf-8", "surrogateescape")
@@ -49,14 +49,14 @@ def make_printable(text: str) -> str:
 
 
 def escape_line(text: str) -> str:
-    """Return a text with all that cannot be printed, or breaks a line, as Python escapes it."""
+    """Return a text with line breaks and other characters that cannot be printed as escapes."""
     text = make_printable(text)
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def describe_missing_extra(module: str, extra: str, what: str = "this") -> str:
-    """Return a sentence on a package that is not installed, and how to install it.
+    """Return a message on a package that is not installed, with the command that installs it.
 
-    No index has zerorate, so the extra is installed where zerorate itself was: in its checkout.
+    zerorate is in no package index, so the command installs the extra from the checkout.
     """
     return f"{what} needs {module}: run pip install '.[{extra}]' in the checkout of zerorate"

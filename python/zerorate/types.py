@@ -1,4 +1,4 @@
-"""Array types that the whole package uses."""
+"""Array types used in the whole package."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,9 +1,8 @@
-"""Conversion of angles, angular rates, accelerations and the noise terms of both.
+"""Conversion of angles, angular rates, accelerations and their noise terms.
 
-Everything inside the package is SI with angles in radians; degrees, hours and g exist only here,
-on the command line, in tables and in plots. Units are grouped by kind, and only units of one kind
-convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however similar
-they look.
+The package computes in SI units with angles in radians. Degrees, hours and g appear only in this
+module, on the command line, in tables and in plots. Only units of the same kind can be converted:
+an angle random walk in deg/sqrt(h) is no rate in deg/h.
 """
 
 import math
@@ -23,10 +22,10 @@ def __dir__() -> list[str]:
 
 
 class Unit(NamedTuple):
-    """One unit: a value in it times ``amount / time`` is the value in the SI unit of its kind.
+    """A unit: a value times ``amount / time`` is the value in the SI unit of its kind.
 
-    Amount and time are kept apart so that deg/s to deg/h is a factor of exactly 3600; a prefix
-    such as milli counts with the time.
+    Amount and time are separate: the factor from deg/s to deg/h is then exactly 3600. A prefix such
+    as milli is part of the time.
 
     Examples
     --------
@@ -44,10 +43,10 @@ _RAD: Final = 1.0
 _DEG: Final = math.pi / 180.0
 _METRE: Final = 1.0
 _G: Final = 9.80665
-"""Standard gravity, exact by definition."""
+"""Standard gravity, m/s^2, exact by definition."""
 
 _MAX_SAMPLES: Final = 2.0**62
-"""Samples that no record has."""
+"""Upper bound of a number of samples; no record has more."""
 
 UNITS: Final[dict[str, Unit]] = {
     "rad": Unit("angle", _RAD, 1.0),
@@ -137,7 +136,7 @@ _NAMES: Final = {name.lower(): name for name in UNITS} | _ALIASES
 
 
 def canonical(unit: str) -> str:
-    """Return the one name under which the package knows a unit.
+    """Return the name that the package uses for a unit.
 
     Parameters
     ----------
@@ -169,7 +168,7 @@ def canonical(unit: str) -> str:
 
 
 def kind(unit: str) -> str:
-    """Return the kind of a unit, ``"rate"`` or ``"angle random walk"`` for instance.
+    """Return the kind of a unit, for example ``"rate"`` or ``"angle random walk"``.
 
     Parameters
     ----------
@@ -179,8 +178,8 @@ def kind(unit: str) -> str:
     Returns
     -------
     str
-        One of ``angle``, ``rate``, ``angle random walk``, ``rate random walk``, ``rate ramp``, or
-        ``velocity``, ``acceleration``, ``velocity random walk``, ``acceleration random walk``,
+        ``angle``, ``rate``, ``angle random walk``, ``rate random walk``, ``rate ramp``,
+        ``velocity``, ``acceleration``, ``velocity random walk``, ``acceleration random walk`` or
         ``acceleration ramp``.
 
     Raises
@@ -212,7 +211,7 @@ def convert(
     value : float or array_like
         Value in `from_unit`, any shape.
     from_unit, to_unit : str
-        Names or aliases of two units of one kind.
+        Names or aliases of two units of the same kind.
 
     Returns
     -------
@@ -226,7 +225,7 @@ def convert(
 
     Notes
     -----
-    Noise terms as in IEEE Std 952-1997, annex C: 1 deg/s/sqrt(Hz) = 60 deg/sqrt(h), and
+    Noise terms follow IEEE Std 952-1997, annex C: 1 deg/s/sqrt(Hz) = 60 deg/sqrt(h), and
     1 deg/s/sqrt(s) = 216000 deg/h/sqrt(h). 1 g = 9.80665 m/s^2.
 
     Examples
@@ -254,7 +253,7 @@ def _factor(from_unit: str, to_unit: str) -> float:
 
 
 def whole_samples(seconds: float, rate: float) -> int:
-    """Return the number of samples nearest to a time, for any finite one.
+    """Return the number of samples nearest to a duration, for any finite duration.
 
     Examples
     --------
@@ -262,5 +261,5 @@ def whole_samples(seconds: float, rate: float) -> int:
     >>> whole_samples(0.5, 200.0)
     100
     """
-    # The product of two floats may be infinite, which is no whole number.
+    # The product of two finite floats can be infinite, and infinity has no integer.
     return round(min(max(seconds * rate, -_MAX_SAMPLES), _MAX_SAMPLES))

@@ -1,6 +1,7 @@
-"""Views of results: the table and the figure of each, found by its class on request.
+"""Tables, figures and pages of results, found by the class of the result.
 
-What shows results registers itself here; a result knows nothing of how it is shown.
+The modules that show results register their functions here. Classes of results know nothing about
+them.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ __all__ = [
 
 
 class View(NamedTuple):
-    """The functions that make a result's table, figure and page, ``"module:name"`` each.
+    """Functions for a result's table, figure and page, each as ``"module:name"``.
 
     `main` is the index of the figure's main panel.
     """
@@ -56,9 +57,9 @@ class View(NamedTuple):
 
 
 _FIGURE_WIDTH_PX: Final = 380.0
-"""Width at which a figure is shown, pixels."""
+"""Width of a figure in a notebook, pixels."""
 _HEIGHT_WEIGHT: Final = 0.55
-"""Part of its height that counts as its width: a tall one is made narrower."""
+"""Factor on a figure's height for its width: tall figures are shown narrower."""
 _TABLE_STYLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
 _FIGURE_STYLE: Final = "max-width: 100%; height: auto; background: white"
 _ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"
@@ -70,7 +71,7 @@ _PANEL_DRAWERS: list[str] = []
 
 
 def add_registrar(module: str) -> None:
-    """Add a module that registers views; it is imported at the first request for one."""
+    """Add a module that registers views; it is imported when the first view is requested."""
     _REGISTRARS.append(module)
 
 
@@ -78,8 +79,8 @@ def register(package: str, views: Mapping[str, View], columns: str, panels: str)
     """Register the views of results, by ``"module.Class"`` within a package.
 
     Nothing is imported before the first request for a view. `columns` names the function that turns
-    any log or result into columns and metadata, ``"module:name"``; `panels` the one that draws
-    panels of a figure into given axes.
+    a log or result into columns and metadata. `panels` names the function that draws panels of a
+    figure into given axes. Both have the form ``"module:name"``.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
     _COLUMN_MAKERS[:] = [columns]
@@ -87,21 +88,21 @@ def register(package: str, views: Mapping[str, View], columns: str, panels: str)
 
 
 def table_of(result: object, *arguments: object) -> str:
-    """Return the table of a result as text; TypeError if there is none for its class."""
+    """Return the table of a result as text; TypeError if its class has none."""
     return str(_load_function(_view_of(result).table)(result, *arguments))
 
 
 def figure_of(
     result: object, *arguments: object, ax: Axes | Sequence[Axes] | None = None
 ) -> Figure:
-    """Return the figure of a result; with `ax`, draw its main panel there and return its figure.
+    """Return the figure of a result; with `ax`, the figure in which its main panel was drawn.
 
     Raises
     ------
     ImportError
-        Without matplotlib, of the extra ``plot``.
+        If matplotlib (extra ``plot``) is not installed.
     TypeError
-        If there is none for its class.
+        If the class of the result has no figure.
     """
     view = _view_of(result)
     draw = partial(_load_function(view.figure), result, *arguments)
@@ -112,26 +113,26 @@ def figure_of(
 
 
 def page_of(result: object, *arguments: object) -> str:
-    """Return the page of a result as HTML; TypeError if there is none for its class."""
+    """Return the page of a result as HTML; TypeError if its class has none."""
     return str(_load_function(_view_of(result).page)(result, *arguments))
 
 
 def html_of(result: object) -> str:
-    """Return the table of a result, and its small figure where there is matplotlib."""
+    """Return the table of a result as HTML, with its small figure if matplotlib is installed."""
     table = f'<pre style="{_TABLE_STYLE}">{escape(table_of(result))}</pre>'
     try:
         return f'<div style="{_ROW_STYLE}">{table}{_image_of(result)}</div>'
     except ImportError:
         return f"<div>{table}</div>"
-    except Exception as error:  # whatever a figure lacks, the table is there
+    except Exception as error:  # The table is shown even if the figure fails.
         return f"<div>{table}<p>The figure could not be drawn: {escape(str(error))}</p></div>"
 
 
 def _image_of(result: object) -> str:
-    """Return the figure of a result as an image of a page."""
+    """Return the figure of a result as an HTML image."""
     figure = figure_of(result)
     buffer = BytesIO()
-    # More pixels than are shown, for screens of high resolution.
+    # The image has more pixels than shown, for screens of high resolution.
     width, height = figure.get_size_inches()
     scale = _FIGURE_WIDTH_PX / max(width, height * _HEIGHT_WEIGHT)
     figure.savefig(buffer, format="png", dpi=1.5 * scale)
@@ -141,14 +142,14 @@ def _image_of(result: object) -> str:
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+    """Write a figure as PNG, SVG or PDF; the suffix of the path sets the format.
 
-    `path`: is written over if it exists.
+    An existing file is replaced.
     """
     if Path(path).suffix.lower() != ".png":
         figure.savefig(path)
         return
-    # Compressing as far as it goes takes longer than drawing, and gains little.
+    # Stronger compression takes longer than drawing, and saves little space.
     figure.savefig(path, dpi=figure.dpi, pil_kwargs={"compress_level": 1})
 
 
@@ -172,18 +173,18 @@ def _load_function(target: str) -> Any:  # noqa: ANN401
 
 
 class FigureError(Exception):
-    """A figure could not be drawn; all other files of the result were written.
+    """Error for a figure that could not be drawn; all other files of the result were written.
 
     Parameters
     ----------
     path : path
-        The file of the figure.
+        File of the figure.
     error : Exception
-        What it failed by.
+        Error raised by the drawing.
     """
 
     def __init__(self, path: os.PathLike[str], error: Exception) -> None:
-        """Make the sentence."""
+        """Build the message."""
         self.path = os.fspath(path)
         reason = " ".join(str(error).split()) or type(error).__name__
         super().__init__(f"{self.path} could not be drawn: {reason}; all other files were written")
@@ -194,7 +195,7 @@ _FIGURE_FAULTS: ContextVar[list[FigureError] | None] = ContextVar("figure_faults
 
 @contextmanager
 def collect_figure_faults() -> Iterator[list[FigureError]]:
-    """Collect figures that cannot be drawn in the body, which goes on without them."""
+    """Collect the errors of figures within ``with``; the body continues without them."""
     faults: list[FigureError] = []
     token = _FIGURE_FAULTS.set(faults)
     try:
@@ -204,7 +205,7 @@ def collect_figure_faults() -> Iterator[list[FigureError]]:
 
 
 def report_figure_faults(faults: Sequence[FigureError]) -> None:
-    """Hand figures that could not be drawn to `collect_figure_faults`, or raise the first."""
+    """Pass errors of figures to `collect_figure_faults`; without it, raise the first error."""
     collected = _FIGURE_FAULTS.get()
     if collected is not None:
         collected.extend(faults)
@@ -213,21 +214,21 @@ def report_figure_faults(faults: Sequence[FigureError]) -> None:
 
 
 def is_undrawn(path: str | os.PathLike[str]) -> bool:
-    """Return True for the file of a figure that `collect_figure_faults` has collected."""
+    """Return True if `collect_figure_faults` has an error for the figure of this path."""
     return any(fault.path == os.fspath(path) for fault in _FIGURE_FAULTS.get() or ())
 
 
 class Tabular:
-    """A log or result that leaves as a table of columns, for Arrow, pandas, polars and DuckDB."""
+    """A log or result that converts to a table for Arrow, pandas, polars and DuckDB."""
 
     __slots__ = ()
 
     def to_arrow(self) -> Any:  # noqa: ANN401
-        """Return the columns as a ``pyarrow.Table``; ImportError without it, of the extra ``io``.
+        """Return the columns as a ``pyarrow.Table``; ImportError without pyarrow (extra ``io``).
 
         A log gives one row per sample, with its time in ``time_s``. A result with samples gives the
-        rows of its ``to_log()``, any other one row per axis, finding, parameter or averaging time.
-        Empty cells are null.
+        rows of its ``to_log()``. Any other result gives one row per axis, finding, parameter or
+        averaging time. Empty cells are null.
 
         Examples
         --------
@@ -241,13 +242,13 @@ class Tabular:
         return pyarrow.table(columns).replace_schema_metadata(metadata or None)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the columns as a data frame; ImportError without pandas. Rows as `to_arrow`."""
+        """Return the rows of `to_arrow` as a data frame; ImportError without pandas."""
         import pandas
 
         return pandas.DataFrame(_columns_of(self)[0])
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Return a capsule with the table of `to_arrow`: ``polars.from_arrow(x)`` takes it."""
+        """Return the table of `to_arrow` as an Arrow capsule, for ``polars.from_arrow(x)``."""
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
 
@@ -259,32 +260,32 @@ def _columns_of(tabular: object) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 class Shown(Tabular):
-    """A log or result that shows itself: as a text, a figure, and in notebooks."""
+    """A log or result that has a table and a figure, and shows both in notebooks."""
 
     __slots__ = ()
 
     def table(self) -> str:
-        """Return the table as text, for a terminal or a page."""
+        """Return the table as text."""
         return table_of(self)
 
     def plot(self, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return the figure; ImportError without matplotlib, of the extra ``plot``.
+        """Return the figure; ImportError without matplotlib (extra ``plot``).
 
         Parameters
         ----------
         ax : matplotlib Axes, or a sequence of them, optional
-            Draw the main panel into these axes, and return their figure. Several axes get the main
-            panel and those that follow it. Letters are scaled to matplotlib's ``font.size``.
+            Axes for the main panel; their figure is returned. Further axes get the panels after the
+            main panel. Text is scaled to matplotlib's ``font.size``.
         """
         return figure_of(self, ax=ax)
 
     def _repr_html_(self) -> str:
-        """Return the view in a notebook: the table and the figure, small."""
+        """Return the table and a small figure as HTML for a notebook."""
         return html_of(self)
 
 
 class OneArray:
-    """A log or result that is one array, which NumPy takes: ``numpy.asarray(x)``."""
+    """A log or result that ``numpy.asarray(x)`` converts to one array."""
 
     __slots__ = ()
     _array_field: ClassVar[str]
@@ -292,14 +293,14 @@ class OneArray:
     def __array__(
         self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
     ) -> npt.NDArray[Any]:
-        """Return the array for ``numpy.asarray``: itself, unless a copy is requested."""
+        """Return the array for ``numpy.asarray``; a copy only on request."""
         import numpy as np
 
         return np.array(getattr(self, self._array_field), dtype=dtype, copy=copy)
 
 
 class Result(Shown):
-    """A result of a task: every one has `table`, `plot`, `save`, `str` and `to_arrow`."""
+    """A result of a task. Each has `table`, `plot`, `save`, `to_arrow` and a text (`str`)."""
 
     __slots__ = ()
 
@@ -313,37 +314,37 @@ class Result(Shown):
         figure_format: str | None = None,
         **choices: Any,  # noqa: ANN401
     ) -> list[Path]:
-        """Write the files that the command of this result writes, all or none.
+        """Write the files that the command of this result writes; on an error none is written.
 
         Parameters
         ----------
         output : str or path
-            Folder for the files, or the name of one of them; a missing folder is made.
+            Folder for the files, or the name of one file. A missing folder is created.
         force : bool
-            Replace existing files; default no.
+            Replace existing files. Default False.
         figure : bool
-            Draw the figure; default yes.
+            Draw the figure. Default True.
         format : str, optional
-            File format of a log: parquet, csv, npz, mcap or gcsv. Default: by the name of `output`,
+            File format of a log: parquet, csv, npz, mcap or gcsv. Default: the suffix of `output`,
             or parquet.
         figure_format : str, optional
-            png, svg or pdf. Default: by the name of `output`, or png.
+            Format of figures: png, svg or pdf. Default: the suffix of `output`, or png.
         **choices
-            What else the command lets choose, such as ``tum=True``.
+            Further options of the command, such as ``tum=True``.
 
         Returns
         -------
         list of Path
-            The files, the log first.
+            The files; the log is first.
 
         Raises
         ------
         OSError
-            If a file exists (without `force`) or cannot be written. Nothing is left half-written.
+            If a file exists (without `force`) or cannot be written. No partial files remain.
         ValueError
-            If `output` names a file of another kind.
+            If `output` names a file of a wrong format.
         TypeError
-            If a result of this class is not saved in files.
+            If results of this class cannot be saved.
         """
         paths: list[Path] = _load_function("zerorate.tasks.saving:save")(
             self,
@@ -357,5 +358,5 @@ class Result(Shown):
         return paths
 
     def __str__(self) -> str:
-        """Return the table."""
+        """Return the table as text."""
         return self.table()

@@ -1,4 +1,4 @@
-"""Installs the node where ROS looks for it. zerorate itself comes from pip."""
+"""Install the node for ROS. zerorate itself comes from pip."""
 
 from setuptools import setup
 

@@ -1,4 +1,4 @@
-"""Arrays of gyros: correlation of their noises, and weights."""
+"""Arrays of gyros: correlation of their noise, and weights to fuse them."""
 
 from typing import TYPE_CHECKING, Final
 

@@ -1,4 +1,4 @@
-"""Accelerometers of an array fused into one, at one point of the body."""
+"""Accelerometers of an array, fused into one accelerometer at one point of the body."""
 
 from __future__ import annotations
 
@@ -22,63 +22,64 @@ AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
 
 _G: Final = 9.80665
 _MAX_ACCEL_M_S2: Final = 1e9
-"""m/s^2 that no sensor gives: beyond it a sample is missing."""
+"""Largest valid force, m/s^2; larger samples count as missing."""
 _MAX_RATE_RAD_S: Final = 1e6
-"""The same in rad/s."""
+"""Largest valid rate, rad/s; larger samples count as missing."""
 _MAX_LEVER_M: Final = 1e3
-"""Metres to a sensor."""
+"""Largest valid lever arm, m."""
 _MAX_ORTHONORMAL_ERROR: Final = 1e-6
 
 _CHUNK_ROWS: Final = 1 << 13
-"""Samples at a time."""
+"""Number of samples processed at once."""
 _TICK_S: Final = 0.25
-"""Seconds over which sensors are compared."""
+"""Interval over which the sensors' means are compared, s."""
 _READMISSION_S: Final = 10.0
-"""Seconds of agreement after which a sensor is back."""
+"""Time of agreement after which an excluded sensor is used again, s."""
 _MIN_VOTERS: Final = 3
-"""Fewest sensors of which one can be found wrong."""
+"""Smallest number of sensors with which a faulty sensor can be identified."""
 _MAX_TYPICAL_RATIO: Final = 5.0
-"""Times what half of the sensors differ by in the same tick: biases, motion without levers."""
+"""Factor on the median difference in a tick, because of biases and unmodelled motion."""
 _MAX_SIGMAS: Final = 9.0
 _SAMPLE_TOLERANCE, _TICK_TOLERANCE = 0.5, 0.1
-"""Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
+"""Largest relative error of a sample and of a tick's mean; the reference is at least gravity."""
 
 _DERIVATIVE_SIGMAS: Final = 3.0
-"""Standard deviations of the rate's derivative, times the lever arm."""
+"""Error bound of the rate's derivative, in standard deviations."""
 _UNKNOWN_LEVER_M: Final = 0.05
-"""Metres between sensors whose positions are not given."""
+"""Assumed lever arm if no positions are given, m."""
 
 _QUIET_DIVISOR: Final = 4
-"""One in so many ticks, the quietest, gives the noise."""
+"""The quietest ticks give the noise: one tick of this number."""
 _MIN_SIGMA_M_S2: Final = 1e-6 * _G
-"""Least deviation of a sensor, m/s^2."""
+"""Smallest standard deviation of a sensor, m/s^2."""
 _MIN_DERIVATIVE_SIGMA: Final = 1e-6
-"""Least deviation of the rate's derivative, rad/s^2; and, of the derivative, the least part."""
+"""Smallest standard deviation of the rate's derivative: rad/s^2, and relative."""
 _FAST_RATE_RAD_S: Final = 35.0
-"""rad/s, 2000 deg/s: rates beyond are what gyros miss."""
+"""Assumed rate where the rate is unknown, rad/s: the range of a 2000 deg/s gyro."""
 _RIDGE: Final = 1e-12
-"""Part of the spread of the positions that keeps equations solvable."""
+"""Relative regularisation of the positions' spread; it keeps the equations solvable."""
 
 
 @dataclass(frozen=True, eq=False)
 class FusedAccelerometers(OneArray, Result):
-    """One accelerometer fused from N, with the weights and residuals of each; n samples.
+    """Accelerometer fused from N sensors over n samples, with weights and residuals.
 
     Attributes
     ----------
     accel : ndarray, shape (n, 3)
-        Specific force in the axes of the body, in `unit`: at the origin of the positions or, if no
-        positions are given, at the mean position of the sensors. NaN where no sensor is left.
+        Specific force in the axes of the body, in `unit`. It is valid at the origin of the
+        positions. Without positions it is valid at the mean position of the sensors. NaN where no
+        sensor can be used.
     weights : ndarray, shape (n, N)
-        Share of each sensor; 0 where it was not used.
+        Share of each sensor in the result; 0 where the sensor was not used.
     excluded : ndarray of bool, shape (n, N)
         Mask of samples at which a sensor was left out as an outlier.
     residual : ndarray, shape (N,)
-        RMS residual of each sensor over samples and axes, in `unit`; NaN for one that was never
-        used.
+        RMS residual of each sensor over samples and axes, in `unit`. NaN for a sensor that was
+        never used.
     angular_acceleration : ndarray, shape (n, 3), or None
-        Angular acceleration of the body, in the unit of the rate per second, from accelerometers
-        and rate; NaN where the rate is. None without positions.
+        Angular acceleration of the body, in units of the rate per second, from the accelerometers
+        and the rate. NaN where the rate is NaN. None without positions.
     unit : str
         Unit of the accelerations.
 
@@ -101,7 +102,7 @@ class FusedAccelerometers(OneArray, Result):
     unit: str
 
     def __repr__(self) -> str:
-        """Return the number of sensors and samples, and the residual between the sensors."""
+        """Return the number of sensors and samples, and the sensors' residual."""
         n, sensors = self.weights.shape
         known = self.residual[np.isfinite(self.residual)]
         left = float(np.sqrt(np.mean(known**2))) if known.size else np.nan
@@ -124,49 +125,51 @@ def fuse_accelerometers(
     gyro_unit: str = "rad/s",
     accel_unit: str = "m/s^2",
 ) -> FusedAccelerometers:
-    """Fuse N accelerometers on one body into one, at one point of it.
+    """Fuse N accelerometers on one body into one accelerometer at one point.
 
-    A sensor at the lever arm l feels f + alpha x l + omega x (omega x l). Omega is the rate of the
-    array; alpha, the angular acceleration, follows by least squares from differences between the
-    accelerometers, and from the change of the rate if that is smooth: at rest the rate determines
-    it better, in fast motion the accelerometers. A mean over sensors that are evenly spread around
-    the origin needs no lever arms. They matter if a sensor is missing or has less weight, if the
-    point is elsewhere, and for distinguishing a faulty sensor from motion.
+    A sensor at the lever arm l measures f + alpha x l + omega x (omega x l). The rate omega comes
+    from the gyro array. Least squares determine the angular acceleration alpha from the differences
+    between the accelerometers. The derivative of the rate is used, too, if it is smooth. At rest
+    the rate determines alpha better, in fast motion the accelerometers do.
 
-    From three sensors on, outliers from the median of the others are left out: a sample at once,
-    and a sensor if its mean over a quarter second is an outlier. The sensor returns after it has
-    agreed for 10 s in which a fault of this size would have been visible. The threshold is a tenth
-    of gravity and five times the usual difference of the others, so that calibrated sensors reveal
-    smaller faults. In fast rotations, where lever arms are less certain, only larger faults are
-    found.
+    Lever arms are not needed for the mean of sensors that are evenly spread around the origin. They
+    are needed if a sensor is missing or has less weight, or if the origin is elsewhere. They are
+    also needed to distinguish a faulty sensor from motion.
 
-    Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
-    errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes both.
+    With three sensors or more, outliers from the median of the other sensors are left out. A single
+    sample is left out at once. A sensor is left out if its mean over a quarter second is an
+    outlier. It is used again after 10 s of agreement, if a fault of this size would have been
+    visible. The threshold is a tenth of gravity plus five times the usual difference of the other
+    sensors. Calibrated sensors therefore reveal smaller faults. In fast rotations lever arms are
+    less certain, so only larger faults are found.
+
+    The function does not calibrate the sensors. The result has the weighted mean of their offsets
+    and scale errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes both.
 
     Parameters
     ----------
     accel : array_like, shape (n, N, 3)
-        Specific forces in the sensors' own axes, in `accel_unit`. If an axis is not finite, the
-        sample counts as missing.
+        Specific forces in the sensors' own axes, in `accel_unit`. A sample counts as missing if one
+        of its axes is not finite.
     rate_fused : array_like, shape (n, 3)
-        Rate of the body at the same times, without its bias, in `gyro_unit`: the output of
-        `zerorate.GyroArray`. Without positions it only bounds the differences of the sensors; with
-        them, where the rate is not finite, the force at the origin follows from its change from
-        sensor to sensor.
+        Rate of the body at the same times, without bias, in `gyro_unit`: the output of
+        `zerorate.GyroArray`. Without positions it only limits the differences between the sensors.
+        With positions, it may be NaN: the force at the origin then follows from the force gradient
+        over the sensors.
     rate : float
-        Samples per second, Hz; by default that of a `Log` of `rate_fused`.
+        Sampling rate, Hz. Default: the rate of `rate_fused` if it is a `Log`.
     rotations : array_like, shape (N, 3, 3), optional
-        Rotations from each sensor's axes to the axes of the body; by default all are aligned.
+        Rotations from each sensor's axes to the axes of the body. Default: all sensors are aligned.
     positions : array_like, shape (N, 3), optional
-        Positions of the sensors in the axes of the body, m, from the point of the result.
+        Positions of the sensors relative to the point of the result, m, in the axes of the body.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
-        "auto": by noise and scale error; "mean": equal; "white": by noise alone; or the given
-        weights. An accelerometer always feels gravity, so "auto" is close to the mean unless a
-        sensor is far noisier than others.
+        "auto" weights by noise and scale error, "mean" weights equally, and "white" weights by
+        noise alone. An array gives the weights. An accelerometer always measures gravity, so "auto"
+        is close to "mean" unless one sensor is far noisier.
     limit : float, optional
-        End of the sensors' range, in `accel_unit`; samples of this size or larger count as missing.
+        Range of the sensors, in `accel_unit`. Samples of this size or larger count as missing.
     scale_error : float, default 0.01
-        Standard deviation of the sensors' scale factors, 0 to 1; less after a calibration.
+        Standard deviation of the sensors' scale factors, 0 to 1. It is smaller after a calibration.
     gyro_unit, accel_unit : str
         Units of the samples, as in `zerorate.units`.
 
@@ -177,16 +180,16 @@ def fuse_accelerometers(
     Raises
     ------
     ValueError
-        If an array has another shape, a matrix is no rotation, or an argument is out of range.
+        If an array has another shape, a matrix is not a rotation, or an argument is out of range.
 
     References
     ----------
     I. Skog, J.-O. Nilsson, P. Händel, J. Jaldén, "Inertial Sensor Arrays, Maximum Likelihood, and
-    Cramér-Rao Bound", IEEE Trans. Signal Processing 64(16):4218, 2016: the model of the lever arms.
+    Cramér-Rao Bound", IEEE Trans. Signal Processing 64(16):4218, 2016 (model of the lever arms).
 
     Examples
     --------
-    Two sensors on a turntable, 10 cm from its axis and 20 cm; the axis itself feels gravity alone:
+    Two sensors on a turntable, 10 cm and 20 cm from its axis. On the axis only gravity acts:
 
     >>> import numpy as np
     >>> import zerorate as zr
@@ -238,13 +241,13 @@ def _rotate_to_body(force: Floats, matrices: Floats | None) -> Floats:
 
 
 def _median_force(force: Floats) -> Floats:
-    """Return the size that most sensors feel, (n,); gravity at least, also where nobody is left."""
+    """Return the median force of the sensors, (n,); at least gravity."""
     size: Floats = _sensor_median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
     return np.fmax(size, _G)
 
 
 class _Units(NamedTuple):
-    """Factors from samples to rad/s and m/s^2, and the name of the accelerometer's unit."""
+    """Factors from the samples' units to rad/s and m/s^2, and the accelerometer's unit."""
 
     rate: float
     accel: float
@@ -268,8 +271,13 @@ class _Units(NamedTuple):
 class _Motion(NamedTuple):
     """Rotation of the body, in SI units.
 
-    Sensors' positions (N, 3); the rate (n, 3), zero where it is not known, and where it is known
-    (n,); its derivative (n, 3) and the inverse of the variance of that (n,).
+    The fields are:
+
+    - positions of the sensors (N, 3)
+    - rate (n, 3), zero where unknown
+    - mask of known rates (n,)
+    - derivative of the rate (n, 3)
+    - inverse variance of the derivative (n,)
     """
 
     levers: Floats
@@ -287,7 +295,7 @@ class _Motion(NamedTuple):
         return cls(levers, turns, known, change, certainty * known)
 
     def part(self, block: slice) -> _Motion:
-        """Return the same of some samples."""
+        """Return the motion of a block of samples."""
         return _Motion(
             self.levers,
             self.omega[block],
@@ -304,12 +312,12 @@ class _Motion(NamedTuple):
 
     @property
     def lever_acceleration(self) -> Floats:
-        """Acceleration that angular rate and its derivative cause at each lever arm, (n, N, 3)."""
+        """Acceleration at each lever arm, from the rate and its derivative, (n, N, 3)."""
         return self.centripetal + np.cross(self.change[:, np.newaxis], self.levers)
 
     @property
     def lever_error(self) -> Floats:
-        """Bound of its error relative to the mean position, (n, N); infinite without a rate."""
+        """Bound of the error of `lever_acceleration`, (n, N); infinite without a rate."""
         sure = np.sqrt(self.certainty)[:, np.newaxis]
         arms = np.linalg.norm(self.levers - self.levers.mean(axis=0), axis=1)
         unknown = np.full((len(sure), len(arms)), np.inf)
@@ -327,10 +335,10 @@ def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
 
 
 def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
-    """Return the derivative (n, 3), zero where it is not known, and its variance (n,), 0 there.
+    """Return the derivative of the rate, (n, 3), and its variance, (n,); both are 0 if unknown.
 
-    The difference of the slopes to the last and to the next sample shows the error of their mean:
-    motion that is too fast for the samples, or noise.
+    The difference between the slopes before and after a sample shows the error of their mean. The
+    error comes from noise, or from motion that is too fast for the sampling rate.
     """
     slopes = np.diff(omega, axis=0) * rate
     edge = np.full((1, 3), np.nan)
@@ -340,7 +348,7 @@ def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
     change = np.where(np.isfinite(both), both, one_sided)
     doubt = np.where(np.isfinite(both), after - before, one_sided)
     variance = np.mean(doubt**2, axis=1)
-    # Of its neighbours too, for slopes may agree by chance.
+    # Include the neighbours' variances, because slopes may agree by chance.
     padded = np.pad(variance, 1, constant_values=np.nan)
     variance = np.fmax(np.fmax(padded[:-2], padded[2:]), variance)
     known = np.isfinite(change).all(axis=1) & np.isfinite(variance)
@@ -370,7 +378,7 @@ def _parse_rotations(rotations: RotationLike | None, sensors: int) -> Floats | N
         raise ArgumentError("rotations", f"must have shape ({sensors}, 3, 3), got {matrices.shape}")
     for k, matrix in enumerate(matrices):
         off = np.abs(matrix @ matrix.T - np.eye(3)).max()
-        # Not so for NaN.
+        # NaN must not pass, hence the negation.
         if not (off <= _MAX_ORTHONORMAL_ERROR and np.linalg.det(matrix) > 0.0):
             raise ValueError(f"the matrix of sensor {k + 1} is no rotation")
     return matrices
@@ -390,7 +398,7 @@ def _parse_positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | 
 
 
 def _parse_weights(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
-    """Return the word, or numbers of mean 1."""
+    """Return the name of the weighting, or the weights scaled to mean 1."""
     if isinstance(weights, str):
         if weights not in ("auto", "mean", "white"):
             raise ArgumentError("weights", f"must be auto, mean, white or numbers, got '{weights}'")
@@ -407,7 +415,7 @@ def _parse_weights(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
 
 
 def _find_present(samples: Floats, limit: float | None, factor: float) -> Booleans:
-    """Return the mask (n, N) of samples complete on all axes and below the end of the range."""
+    """Return the mask (n, N) of samples that are complete and below the range."""
     largest = _MAX_ACCEL_M_S2 / factor
     if limit is not None:
         if not limit > 0.0:
@@ -423,7 +431,7 @@ def _tick_starts(n: int, rate: float) -> Integers:
 
 
 def _tick_means(values: Floats, starts: Integers) -> tuple[Floats, Integers]:
-    """Return the means over each tick of the values (n, N, 3) that are there, and their number."""
+    """Return each tick's mean over the present values (n, N, 3), and their number."""
     present = np.isfinite(values)
     counts = np.add.reduceat(present, starts, axis=0, dtype=np.int64)
     sums = np.add.reduceat(np.where(present, values, 0.0), starts, axis=0)
@@ -432,10 +440,10 @@ def _tick_means(values: Floats, starts: Integers) -> tuple[Floats, Integers]:
 
 
 def _estimate_noise(force: Floats, rate: float) -> Floats:
-    """Return the deviation of the samples of each sensor on an axis, shape (N,).
+    """Return each sensor's standard deviation of a sample on an axis, shape (N,).
 
-    It is that of steps from sample to sample, in the quarter of the ticks in which most sensors are
-    quietest; for a sensor that is not there then it is the others'.
+    It comes from the steps between samples, in the quarter of the ticks in which most sensors are
+    quietest. A sensor without samples in these ticks gets the value of the other sensors.
     """
     steps = 0.5 * np.diff(force, axis=0, prepend=force[:1]) ** 2
     squares = _tick_means(steps, _tick_starts(len(force), rate))[0].mean(axis=2)
@@ -453,8 +461,8 @@ def _estimate_noise(force: Floats, rate: float) -> Floats:
 
 
 def _sensor_median(values: Floats) -> Floats:
-    """Return the medians (n, k) over the sensors of values (n, N, k), of those that are there."""
-    # NaN come last.
+    """Return the medians over the present sensors, (n, k), of values (n, N, k)."""
+    # Sorting puts NaN last.
     ranked = np.sort(values, axis=1)
     counts = np.isfinite(values).sum(axis=1, keepdims=True)
     low = np.take_along_axis(ranked, np.maximum(counts - 1, 0) // 2, axis=1)
@@ -463,14 +471,14 @@ def _sensor_median(values: Floats) -> Floats:
 
 
 def _split_blocks(n: int, rate: float) -> list[slice]:
-    """Return parts of whole ticks, small enough for the memory."""
+    """Return blocks of whole ticks that are small enough for the memory."""
     length = max(round(_TICK_S * rate), 1)
     step = length * max(_CHUNK_ROWS // length, 1)
     return [slice(first, min(first + step, n)) for first in range(0, n, step)]
 
 
 class _Vote(NamedTuple):
-    """Outliers among samples (n, N); per tick the outlying sensors, their distance, its bound."""
+    """Outliers: mask of samples (n, N), and per tick the mask, distances and bounds of sensors."""
 
     outliers: Booleans
     outlier_ticks: Booleans
@@ -486,7 +494,7 @@ def _vote_on_block(
     noise: Floats,
     rate: float,
 ) -> _Vote:
-    """Return the vote on some samples; `lever_error` is that without lever arms."""
+    """Return the outliers of a block; `lever_error` applies if lever arms are unknown."""
     if motion is None:
         assert lever_error is not None
         return _vote_on_sensors(
@@ -497,9 +505,9 @@ def _vote_on_block(
 
 
 def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
-    """Return the sensors (n, N) that are outliers from the median of all.
+    """Return the mask (n, N) of sensors that are outliers from the median of all.
 
-    They should equal `forces` up to `lever_error` (n, N), which is infinite where it is unknown.
+    The sensors should agree up to `lever_error` (n, N), which is infinite where it is unknown.
     """
     middle = _sensor_median(forces)
     differences = forces - middle[:, np.newaxis]
@@ -535,9 +543,9 @@ def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
 
 
 def _compare_sizes(differences: Floats, noise: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
-    """Return the distance of each sensor from the median (m, N), and its bound from the others.
+    """Return each sensor's distance from the median (m, N), and its bound from the other sensors.
 
-    Both are NaN where a sensor is missing, and the bound is infinite where too few are there.
+    Both are NaN if the sensor is missing. The bound is infinite if too few sensors are present.
     """
     sizes = np.linalg.norm(differences, axis=2)
     typical = _sensor_median(sizes[:, :, np.newaxis])
@@ -549,9 +557,10 @@ def _compare_sizes(differences: Floats, noise: Floats, tolerance: Floats) -> tup
 def _find_held_out(
     out: Booleans, sizes: Floats, bounds: Floats, readmission_ticks: int
 ) -> Booleans:
-    """Return in which ticks (m, N) a sensor is out.
+    """Return the mask of ticks (m, N) in which a sensor is excluded.
 
-    It is back after so many ticks in which it was not, and would have been by what it was last.
+    The sensor returns after `readmission_ticks` ticks without an outlier. In these ticks the last
+    outlier would have been detected.
     """
     held = np.empty_like(out)
     last_size, agreed_ticks = np.zeros(out.shape[1]), np.full(out.shape[1], readmission_ticks)
@@ -565,7 +574,7 @@ def _find_held_out(
 
 
 def _weight_variances(weighting: Floats | str, noise: Floats, scale: Floats) -> Floats:
-    """Return the variances (n, N) by which sensors weigh; `scale` (n,) is that of scale errors."""
+    """Return the variances (n, N) for the weights; `scale` (n,) is the size of scale errors."""
     sensor_variance = noise**2 + _MIN_SIGMA_M_S2**2
     common = np.square(scale)[:, np.newaxis]
     if isinstance(weighting, str):
@@ -581,7 +590,7 @@ def _weight_variances(weighting: Floats | str, noise: Floats, scale: Floats) -> 
 
 
 class _Solution:
-    """The solution, part by part: force and rotation (n, 3), weights (n, N), residual (N,)."""
+    """Solution, filled in blocks: force, rotation (n, 3), weights (n, N), and residual (N,)."""
 
     def __init__(self, n: int, sensors: int) -> None:
         self.force, self.angular_acceleration = np.empty((n, 3)), np.empty((n, 3))
@@ -589,7 +598,7 @@ class _Solution:
         self._squares, self._counts = np.zeros(sensors), np.zeros(sensors)
 
     def add(self, block: slice, force: Floats, information: Floats, motion: _Motion | None) -> None:
-        """Solve for some samples."""
+        """Solve a block of samples."""
         solved = _solve_block(force, information, None if motion is None else motion.part(block))
         self.force[block], self.angular_acceleration[block] = (
             solved.force,
@@ -604,14 +613,14 @@ class _Solution:
 
     @property
     def residual(self) -> Floats:
-        """RMS residual of each sensor over the used samples and the axes."""
+        """RMS residual of each sensor over its used samples and the axes."""
         unknown = np.full(self._counts.shape, np.nan)
         means: Floats = np.divide(self._squares, self._counts, out=unknown, where=self._counts > 0)
         return np.sqrt(means)
 
 
 class _BlockSolution(NamedTuple):
-    """Force (n, 3), weights (n, N), angular acceleration (n, 3), differences left (n, N, 3)."""
+    """Force (n, 3), weights (n, N), angular acceleration (n, 3), and residuals (n, N, 3)."""
 
     force: Floats
     weights: Floats
@@ -622,8 +631,9 @@ class _BlockSolution(NamedTuple):
 def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> _BlockSolution:
     """Return the force at the origin, by least squares.
 
-    About their weighted mean position the sensors show the angular acceleration alone, as a rigid
-    body with their information for masses would: of inertia J, J alpha = sum of r x force.
+    Relative to their weighted mean position, the sensors show the angular acceleration alone. The
+    equations describe a rigid body with the sensors' information as masses. With inertia J: J alpha
+    = sum of r x force.
     """
     if motion is not None:
         force = force - motion.centripetal
@@ -649,11 +659,12 @@ def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> 
 
 
 def _force_gradient(arms: Floats, differences: Floats, u: Floats, motion: _Motion) -> Floats:
-    """Return the gradient of the force by position, (n, 3, 3): times an arm it is a force.
+    """Return the gradient of the force by position, (n, 3, 3). An arm times it is a force.
 
-    Differences from the mean at arms (n, N, 3) determine it. If the rate is known it is a cross
-    product with the angular acceleration, which the rate also gives; else it is anything, of a size
-    as in turning as fast as a rate is at the end of its range.
+    The differences from the mean at the arms (n, N, 3) determine it. If the rate is known, the
+    gradient is a cross product with the angular acceleration, and the rate contributes to it.
+    Otherwise it is an unconstrained matrix. Its prior size corresponds to a rotation at the end of
+    the gyro's range.
     """
     squares = np.einsum("nk,nki,nkj->nij", u, arms, arms)
     spread = np.trace(squares, axis1=1, axis2=2)

@@ -1,4 +1,4 @@
-"""Allan covariances of gyros recorded side by side."""
+"""Allan covariances of gyros recorded at the same time."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ from zerorate.views import Result
 
 _KIND: Final = KINDS["oadev"]
 _PART_COUNT: Final = 8
-# Terms at a time, which the cache holds.
+# Number of terms processed at once; they fit into the cache.
 _CHUNK_TERMS: Final = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
 class AllanCovariance(Result):
-    """Overlapping Allan covariances of N gyros, recorded side by side.
+    """Overlapping Allan covariances of N gyros, recorded at the same time.
 
     Attributes
     ----------
     tau : ndarray, shape (t,)
         Averaging times, s.
     matrix : ndarray, shape (t, N, N)
-        Covariances, in `unit` squared; NaN where gaps leave no term. The diagonal has the squared
-        Allan deviations.
+        Covariances, in `unit` squared. The diagonal has the squared Allan deviations. NaN if the
+        gaps leave no term.
     edf : ndarray, shape (t,)
-        Equivalent degrees of freedom: the median over the gyros.
+        Equivalent degrees of freedom, as the median over the gyros.
     term_count : ndarray of int, shape (t,)
-        Number of terms in the mean of each covariance.
+        Number of terms in each covariance.
     seconds : float
-        Length of the record without the samples that any gyro lacks, s.
+        Length of the record, s, without samples that any gyro lacks.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     unit : str
-        Unit of the record; ``"unit"`` where it is not known.
+        Unit of the record; ``"unit"`` if it is unknown.
     names : tuple of str
         Names of the gyros.
     notes : tuple of str
-        Changes to the input, and warnings, a sentence each.
+        Changes to the input and warnings, one sentence each.
 
     Examples
     --------
@@ -77,7 +77,7 @@ class AllanCovariance(Result):
     _parts: Parts = field(repr=False)
 
     def __repr__(self) -> str:
-        """Return the number of gyros, averaging times and unit."""
+        """Return the numbers of gyros and averaging times, and the unit."""
         return (
             f"AllanCovariance({len(self.names)} gyros at {self.tau.size} averaging times, "
             f"{self.tau[0]:g} to {self.tau[-1]:g} s, {self.seconds:g} s of record)"
@@ -85,20 +85,20 @@ class AllanCovariance(Result):
 
     @property
     def correlation(self) -> Floats:
-        """Correlations, shape (t, N, N); NaN for a gyro that does not vary."""
+        """Correlations, shape (t, N, N); NaN for a constant gyro."""
         sizes = np.sqrt(np.einsum("tii->ti", self.matrix))
         with np.errstate(divide="ignore", invalid="ignore"):
             correlation: Floats = self.matrix / sizes[:, :, None] / sizes[:, None, :]
         return np.clip(correlation, -1.0, 1.0)
 
     def virtual_gyro(self, horizon: float = 60.0, weights: WeightsName = "drift") -> VirtualGyro:
-        """Return weights that fuse all gyros into one, with their gain over the plain mean.
+        """Return weights that fuse all gyros into one, and the gain over the plain mean.
 
         Parameters
         ----------
         horizon : float, default 60.0
-            Averaging time at which the deviation is minimised, and at which the gain is given, s.
-            With a long horizon only drift matters, with a short one white noise. Infinity is
+            Averaging time at which the deviation is minimised and the gain is computed, s. With a
+            long horizon drift dominates, with a short horizon white noise dominates. Infinity is
             allowed.
         weights : {"drift", "white", "mean"}, default "drift"
             "drift" uses the correlation of the gyros' drifts. "white" uses white noise alone, for
@@ -111,23 +111,23 @@ class AllanCovariance(Result):
         Raises
         ------
         ValueError
-            If drift weights are requested from less than a quarter of an hour of record per gyro, a
-            gyro does not vary, fewer than two averaging times are left, or an argument is not as
-            described.
+            If drift weights have less than 900 s of record per gyro, or a gyro is constant. Also if
+            there are fewer than two averaging times, or an argument is out of range.
 
         Notes
         -----
-        R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of low-cost gyros",
-        Sensors 17(2):352, 2017: white noise R and drift Q follow from the covariances R/tau + Q
-        tau/3, and w = C⁻¹1 / (1ᵀC⁻¹1) has the least variance of all weights of sum 1. C is the
-        covariance at the horizon; for N gyros and T seconds of record, Q is moved towards its
-        diagonal by the share N / (N + T/256 s), because chance correlations look as useful as true
-        ones.
+        White noise R and drift Q are fitted to the covariances R/tau + Q tau/3. The weights w =
+        C⁻¹1 / (1ᵀC⁻¹1) have the smallest variance of all weights with sum 1. C is the covariance at
+        the horizon (R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of
+        low-cost gyros", Sensors 17(2):352, 2017).
 
-        The gain is found on each eighth of the record with weights from the other seven, and its
-        standard error by leaving out one eighth at a time. If the horizon is among the averaging
-        times whose Allan deviations are well known, the gain is that of these deviations. Beyond
-        them it is the gain of the noise that fits them.
+        Chance correlations look like true correlations. Q is therefore moved towards its diagonal
+        by the share N / (N + T/256 s), for N gyros and a record of length T.
+
+        The gain is found on each eighth of the record, with weights from the other seven eighths.
+        Its standard error comes from leaving out each eighth in turn. If the horizon is among the
+        averaging times with well known Allan deviations, the gain is the ratio of these deviations.
+        Beyond them it comes from the fitted noise.
 
         Examples
         --------
@@ -152,46 +152,46 @@ def allan_covariance(
     names: Sequence[str] | None = None,
     bridge: int = 0,
 ) -> AllanCovariance:
-    """Return the overlapping Allan covariances of gyros that were recorded side by side, at rest.
+    """Return the overlapping Allan covariances of gyros recorded at the same time, at rest.
 
-    The covariances show the averaging times at which the gyros' noises are correlated. At short
-    averaging times the noise is white and hardly correlated between gyros. At long ones,
-    temperature or the supply voltage may affect all gyros.
+    The covariances show the averaging times at which the gyros' noise is correlated. At short
+    averaging times the noise is white and hardly correlated. At long averaging times, temperature
+    or the supply voltage may affect all gyros.
 
     Parameters
     ----------
     z : array_like, shape (n, N), or Log
-        Rates about one axis of N gyros, rotated into common axes, in `unit`; those that are not
-        finite are missing. A `Log` brings its own rate, unit and names.
+        Rates of N gyros about one common axis, in `unit`. Values that are not finite are missing. A
+        `Log` has its own rate, unit and names.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     taus : {"octave", "decade", "all"} or sequence of float
-        Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
-        whole samples; `notes` then has a sentence on it.
+        Averaging times: "octave" doubles them, "decade" has ten per decade, "all" has every time.
+        Numbers are in s and are rounded to whole samples; `notes` then says so.
     unit : str, optional
         Unit of `z`: "deg/s", "rad/s", ...
     names : sequence of str, optional
         Names of the gyros.
     bridge : int, default 0
-        Gaps of at most so many samples of a gyro are filled with a straight line. A term that spans
-        a longer gap is left out for all gyros: the matrices then stay positive semidefinite, with
+        Longest gap of a gyro, in samples, that is filled with a straight line. A term that spans a
+        longer gap is left out for all gyros. The matrices then stay positive semidefinite, with
         correlations within ±1.
 
     Returns
     -------
     AllanCovariance
-        With `virtual_gyro`.
+        Covariances; `AllanCovariance.virtual_gyro` computes weights from them.
 
     Raises
     ------
     ValueError
-        If `z` does not have two dimensions, the record is too short, never holds a sample of
-        every gyro at once, or an argument is not as described.
+        If `z` does not have two dimensions, or the record is too short. Also if the gyros never
+        have a sample at the same time, or an argument is out of range.
 
     Notes
     -----
-    An element is the mean of products of two gyros' differences between neighbouring means over
-    tau, halved. Work is O(n N²) for each tau.
+    Take two gyros' differences between neighbouring means over tau. An element is half the mean of
+    their products. The computing time is O(n N²) for each tau.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def allan_covariance(
 
 
 def _parse_record(z: npt.ArrayLike | Log, bridge: int) -> Floats:
-    """Return a copy of the record, NaN for all that is not finite."""
+    """Return a copy of the record, with NaN for values that are not finite."""
     record = np.asarray(columns_of(z, "z"), dtype=np.float64)
     if record.ndim == 3:
         raise ArgumentError(
@@ -257,7 +257,7 @@ def _parse_record(z: npt.ArrayLike | Log, bridge: int) -> Floats:
 
 
 def _longest_factor(n: int, rate: float) -> int:
-    """Return the largest averaging factor of a record of n samples."""
+    """Return the largest averaging factor for a record of n samples."""
     if n < 2:
         raise ValueError(
             f"z is too short for any averaging time: it needs 2 samples ({2 / rate:g} s), got {n}"
@@ -275,7 +275,7 @@ def _gyro_names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
 
 
 def _bridge_gaps(record: Floats, max_gap: int) -> None:
-    """Fill gaps of at most so many samples, each gyro's own, in a straight line, in place."""
+    """Fill each gyro's gaps of at most `max_gap` samples with a straight line, in place."""
     if max_gap == 0:
         return
     for z in record.T:
@@ -287,7 +287,7 @@ def _bridge_gaps(record: Floats, max_gap: int) -> None:
 
 
 def _find_complete(record: Floats, names: tuple[str, ...]) -> Booleans:
-    """Return at which samples every gyro is there, shape (n,); the record is NaN at the others."""
+    """Return the mask of samples that every gyro has, (n,); set all other samples to NaN."""
     finite = np.isfinite(record)
     empty = np.flatnonzero(~finite.any(axis=0))
     if empty.size:
@@ -300,7 +300,7 @@ def _find_complete(record: Floats, names: tuple[str, ...]) -> Booleans:
 
 
 def _median_edf(record: Floats, m: Integers) -> Floats:
-    """Return the degrees of freedom at each averaging time, the median of those of the gyros."""
+    """Return the degrees of freedom at each averaging time, as the median over the gyros."""
     _, terms, sample_edf = _native.allan_deviations(record, m, _KIND.name, 0, None)
     columns = zip(terms.reshape(m.size, -1).T, sample_edf.reshape(m.size, -1).T, strict=True)
     each = [freedoms(_KIND, m, t, e, len(record)) for t, e in columns]
@@ -309,10 +309,10 @@ def _median_edf(record: Floats, m: Integers) -> Floats:
 
 
 def _integrate_phase(record: Floats, complete: Booleans) -> tuple[Floats, float]:
-    """Return running sums about the mean, shape (n + 1, N), and the unit that they are in.
+    """Return running sums about the mean, shape (n + 1, N), and their unit.
 
-    The record becomes zero where a gyro is missing. The mean is found about a sample, so that an
-    offset costs no precision, and the unit is a power of two, so that it rounds nothing.
+    Missing samples become zero. The mean is computed relative to one sample, so that an offset
+    loses no precision. The unit is a power of two, so that scaling causes no rounding.
     """
     record -= record[np.argmax(complete)]
     record[~complete] = 0.0
@@ -326,7 +326,7 @@ def _integrate_phase(record: Floats, complete: Booleans) -> tuple[Floats, float]
 
 
 class _Sums(NamedTuple):
-    """Sums of products of terms: of the whole record, and of its parts for some averaging times."""
+    """Sums of products of terms, of the whole record, and of its parts for some averaging times."""
 
     products: Floats
     terms: Integers
@@ -343,7 +343,7 @@ def _sum_products(phase: Floats, complete: Booleans, m: Integers) -> _Sums:
     edges = np.linspace(0, complete.size, _PART_COUNT + 1).astype(np.int64)
     gyros = phase.shape[1]
     products, terms = np.empty((m.size, gyros, gyros)), np.empty(m.size, dtype=np.int64)
-    # One of each octave: more share nearly all of what they know.
+    # One averaging time per octave: denser ones share nearly all information.
     octaves = np.unique(np.frexp(m)[1], return_index=True)[1]
     by_part = []
     for i, factor in enumerate(m):
@@ -359,10 +359,10 @@ def _sum_products(phase: Floats, complete: Booleans, m: Integers) -> _Sums:
 def _sum_between_cuts(
     phase: Floats, gaps: Integers, m: int, edges: Integers
 ) -> tuple[Integers, Floats, Integers]:
-    """Return places among the terms, and sums and numbers of the terms between them.
+    """Return cuts among the terms, and sums and numbers of the terms between the cuts.
 
-    A term begins at its place and ends 2 m samples later; the places are those at which one
-    begins to reach into a part of the record, or to leave one.
+    A term starts at its index and ends 2 m samples later. The cuts are the indices at which terms
+    start to reach into a part of the record, or leave a part.
     """
     last = len(phase) - 2 * m
     cuts = np.unique(np.clip(np.concatenate((edges, edges - 2 * m + 1)), 0, last))
@@ -378,7 +378,7 @@ def _sum_between_cuts(
 
 
 def _difference_terms(phase: Floats, gaps: Integers, m: int, first: int, end: int) -> Floats:
-    """Return the differences of neighbouring means, over the root of two, that cross no gap."""
+    """Return the differences of neighbouring means over sqrt(2), for terms without a gap."""
     terms = phase[first + m : end + m] * -2.0
     terms += phase[first:end]
     terms += phase[first + 2 * m : end + 2 * m]
@@ -390,7 +390,7 @@ def _difference_terms(phase: Floats, gaps: Integers, m: int, first: int, end: in
 def _sum_by_part(
     cuts: Integers, each: Floats, counts: Integers, edges: Integers, m: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return sums over the terms within each part and over those that touch none of it."""
+    """Return sums over the terms within each part, and sums over the terms outside each part."""
     starts, stops = cuts[:-1], cuts[1:]
     left, right = edges[:-1, None], edges[1:, None]
     inside = ((starts >= left) & (stops <= right - 2 * m + 1)).astype(np.float64)
@@ -400,14 +400,14 @@ def _sum_by_part(
 
 
 def _mean_products(products: Floats, terms: Integers) -> Floats:
-    """Return means of products, NaN where there are none."""
+    """Return the means of products; NaN without terms."""
     with np.errstate(invalid="ignore"):
         mean: Floats = products / terms[:, None, None]
     return mean
 
 
 def _make_parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
-    """Return the averaging times with terms, from which a virtual gyro is computed."""
+    """Return the averaging times with terms, as input for a virtual gyro."""
     nonempty = sums.terms[sums.octaves] > 0
     which = sums.octaves[nonempty]
     return Parts(
@@ -425,7 +425,7 @@ def _make_parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
 def _gap_notes(
     n: int, missing_count: int, missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
-    """Yield notes on samples that are missing."""
+    """Yield notes on missing samples."""
     filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
     for name, lacking in zip(names, missing, strict=True):
         if lacking:
@@ -435,7 +435,7 @@ def _gap_notes(
 
 
 def _term_notes(terms: Integers, tau: Floats) -> Iterator[str]:
-    """Yield a note on the averaging times for which the gaps leave no term."""
+    """Yield a note on averaging times for which the gaps leave no term."""
     empty = np.flatnonzero(terms == 0)
     if empty.size:
         yield make_sentence(

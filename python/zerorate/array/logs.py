@@ -1,4 +1,4 @@
-"""Logs of arrays: several gyros of one body, on one clock and in one unit."""
+"""Logs of arrays: several gyros of one body with a common clock and unit."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from zerorate.units import UNITS
 
 _AXES: Final = ("x", "y", "z")
 _MAX_OFFSET_PERIODS: Final = 0.5
-"""Periods by which clocks may differ and still be one."""
+"""Largest difference of sample times between equal clocks, in sample periods."""
 _KIND_WORDS: Final = re.compile(
     r"gyroscope|gyrometer|gyro|gyr|accelerometer|acceleration|accel|acc"
     r"|(?<![a-z])(?:g|a|w|f|rate)(?![a-z])"
 )
-"""Words that say gyro or accelerometer, and not of which device."""
+"""Words in a channel's name for the kind of sensor, which do not name the device."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArrayLog:
-    """N gyros of one body, recorded side by side.
+    """Samples of N gyros on one body, with a common clock.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Seconds, uniform.
+        Times of the samples, s, uniform.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     data : ndarray, shape (n, N, 3) or (n, N)
-        In ``unit``, three axes or one of each sensor, in the sensor's own axes; NaN marks a missing
-        sample.
+        Rates in `unit`, with three axes or one axis per sensor, in the sensor's own axes. NaN marks
+        a missing sample.
     labels : tuple of str
-        One label per sensor, all different.
+        One unique label per sensor.
     unit : str
-        Unit of all sensors.
+        Unit of all gyros.
     axes : tuple of str
-        ``("x", "y", "z")``; for one axis its letter, or empty if it is not known.
+        ``("x", "y", "z")``. For one axis it is the letter of the axis, or empty if unknown.
     meta : mapping
-        As in `zerorate.Log`.
+        Metadata, as in `zerorate.Log`.
     accel : ndarray, shape (n, N, 3), or None
-        Accelerometers of the same devices in ``accel_unit``, in the sensors' own axes; NaN marks a
-        missing sample, or a device without one.
+        Forces of the same devices in `accel_unit`, in the sensors' own axes. NaN marks a missing
+        sample, or a device without an accelerometer.
     accel_unit : str
         Unit of all accelerometers.
 
@@ -77,7 +77,7 @@ class ArrayLog:
     accel_unit: str = "unit"
 
     def __post_init__(self) -> None:
-        """Check that the parts agree."""
+        """Check that the parts match."""
         object.__setattr__(self, "rate", check_rate(self.rate))
         n, sensors, axes = len(self.time), len(self.labels), len(self.axes)
         expected = (n, sensors, 3) if axes == 3 else (n, sensors)
@@ -89,7 +89,7 @@ class ArrayLog:
             raise LogError(f"labels must differ, got {', '.join(self.labels)}")
 
     def __repr__(self) -> str:
-        """Return the number of sensors and axes, the size, rate, unit and labels."""
+        """Return the numbers of sensors and axes, the size, rate, unit and labels."""
         axes = "3 axes" if self.data.ndim == 3 else "1 axis"
         gyros = "gyro" if self.sensors == 1 else "gyros"
         return (
@@ -99,7 +99,7 @@ class ArrayLog:
 
     @property
     def n(self) -> int:
-        """Number of samples of each sensor, including missing ones."""
+        """Number of samples of each sensor, including missing samples."""
         return int(self.data.shape[0])
 
     @property
@@ -108,7 +108,7 @@ class ArrayLog:
         return len(self.labels)
 
     def fused(self, data: Floats) -> Log:
-        """Return the log of one gyro in place of all gyros, with data of shape (n, 3) or (n,)."""
+        """Return a log of one fused gyro, with data of shape (n, 3) or (n,)."""
         names = [f"gyro_{axis}" if axis else "gyro" for axis in self.axes]
         return Log.at(self.time, self.rate, data, names, self.unit, self.meta)
 
@@ -119,25 +119,25 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     Parameters
     ----------
     source : Recording or Log
-        All gyros of a recording are used, ``gyro``, ``gyro_1``, and so on. The channels of a log,
-        or of a recording with a single gyro, are split into sensors: so columns of a user's own
-        choice, ``columns=``, become an array.
+        All gyros of a recording are used: ``gyro``, ``gyro_1``, and so on. The channels of a log
+        are split into sensors. A recording with a single gyro is split, too. The columns that a
+        user selects with ``columns=`` can therefore become an array.
     axes : {1, 3}, optional
-        Axes of each sensor in a log that is split. By default three columns in a row are a sensor
-        if their names end in x, y, z; else each is a gyro of one axis.
+        Axes of each sensor in a split log. Default: three columns in a row are a sensor if their
+        names end in x, y, z. Otherwise each column is a gyro with one axis.
 
     Returns
     -------
     ArrayLog
-        Labels come from the names of channels, ``imu1`` of ``imu1_gyro_x_dps``, or else from the
-        names of the logs. Accelerometers of three axes are assigned to gyros by their names; they
-        are left out, with a note, if their clock differs from the gyros' or their units differ.
+        The array. Labels come from the channel names, such as ``imu1`` from ``imu1_gyro_x_dps``, or
+        else from the names of the logs. Accelerometers with three axes are matched to gyros by
+        name. They are left out, with a note, if their clock or their units do not match.
 
     Raises
     ------
     LogError
-        If there is no gyro, or they differ in rate, length, clock, unit or number of axes: the
-        message names two that do.
+        If there is no gyro, or gyros differ in rate, length, clock, unit or number of axes. The
+        message names two such gyros.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
 
 
 class _Sensor(NamedTuple):
-    """A gyro of an array: its name, the sensor in the names of its channels, and its log."""
+    """A gyro of an array: its name, its label from the channel names, and its log."""
 
     name: str
     label: str
@@ -209,19 +209,19 @@ def _select_channels(log: Log, columns: slice) -> _Sensor:
 
 
 def _has_triads(names: Sequence[str]) -> bool:
-    """Return True if names are those of sensors with three axes, in the order x, y, z."""
+    """Return True if the names are sensors with three axes each, in the order x, y, z."""
     letters = [_axis_letter(name) for name in names]
     return len(names) % 3 == 0 and letters == list(_AXES) * (len(names) // 3)
 
 
 def _axis_letter(name: str) -> str:
-    """Return the letter of a name's axis, nothing for none."""
+    """Return the letter of a name's axis, or an empty text."""
     last = to_snake_case(split_unit(name)[0])[-1:]
     return last if last in _AXES else ""
 
 
 def _common_axes(sensors: Sequence[_Sensor]) -> tuple[str, ...]:
-    """Return the axes of sensors that agree in their number."""
+    """Return the common axes of sensors with the same number of axes."""
     if sensors[0].log.channels == 3:
         return _AXES
     letters = {_axis_letter(sensor.log.names[0]) for sensor in sensors}
@@ -229,7 +229,7 @@ def _common_axes(sensors: Sequence[_Sensor]) -> tuple[str, ...]:
 
 
 def _sensor_label(name: str) -> str:
-    """Return the sensor in the name of a channel: ``imu1`` of ``imu1_gyro_x_dps``."""
+    """Return the label in the name of a channel, such as ``imu1`` in ``imu1_gyro_x_dps``."""
     meaning = meaning_of(name)
     stem = to_snake_case(split_unit(name)[0]) if meaning is None else meaning.sensor
     words = [word for word in stem.split("_") if word and not _is_kind_word(word)]
@@ -237,12 +237,12 @@ def _sensor_label(name: str) -> str:
 
 
 def _is_kind_word(word: str) -> bool:
-    """Return True if a word says only that the channel is a gyro's."""
+    """Return True if a word only says that the channel belongs to a gyro."""
     return word in ("w", "g", "rate") or (looks_like_gyro(word) and not word[-1].isdigit())
 
 
 def _choose_labels(sensor_labels: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """Return labels that differ: from channels, else the names, else numbers."""
+    """Return unique labels: from the channels, else from the names, else numbers."""
     for labels in (sensor_labels, names):
         if len(set(labels)) == len(labels) and all(labels):
             return tuple(labels)
@@ -250,7 +250,7 @@ def _choose_labels(sensor_labels: Sequence[str], names: Sequence[str]) -> tuple[
 
 
 def _check_compatible(first: _Sensor, other: _Sensor) -> None:
-    """Raise LogError unless two sensors can stand side by side."""
+    """Raise LogError if two sensors cannot be in one array."""
     for what, first_value, other_value in _compare_logs(first.log, other.log):
         if first_value != other_value:
             raise LogError(
@@ -268,10 +268,10 @@ def _check_compatible(first: _Sensor, other: _Sensor) -> None:
 
 
 def _compare_logs(first: Log, second: Log) -> Iterator[tuple[str, object, object]]:
-    """Yield each property that two logs of an array must share, with the value of either."""
+    """Yield each property in which two logs of an array differ, with both values."""
     yield "unit", first.unit, second.unit
     yield "axes", first.channels, second.channels
-    # Rates that differ by less than half a sample over the record are of one clock.
+    # Two clocks are equal if they differ by less than half a sample over the record.
     drift_samples = abs(first.rate - second.rate) * max(first.n, second.n) / first.rate
     if drift_samples > _MAX_OFFSET_PERIODS:
         yield "rate", f"{first.rate:.9g} Hz", f"{second.rate:.9g} Hz"
@@ -285,7 +285,7 @@ def _describe_sensor(sensor: _Sensor) -> str:
 def _match_accelerometers(
     source: Recording, sensors: Sequence[_Sensor], notes: list[str]
 ) -> dict[int, Log]:
-    """Return the accelerometers by the places of their gyros; none, and why, if they do not fit."""
+    """Return the accelerometer of each gyro; if they do not match, return none, with the reason."""
     first = sensors[0].log
     logs = {name: log for name, log in source.items() if _is_of_kind(source, log, "accel")}
     if first.channels != 3 or not logs:
@@ -312,7 +312,7 @@ def _is_of_kind(source: Recording, log: Log, kind: str) -> bool:
 
 
 def _device_names(logs: Sequence[tuple[str, Log]]) -> list[str]:
-    """Return the devices of the logs, by the names of channels or else of the logs."""
+    """Return the devices of the logs, from the channel names or else from the logs' names."""
     by_channel = [_device_name(to_snake_case(split_unit(log.names[0])[0])[:-1]) for _, log in logs]
     if len(set(by_channel)) == len(logs):
         return by_channel
@@ -324,7 +324,7 @@ def _device_name(name: str) -> str:
 
 
 def _explain_mismatch(gyro: Log, log: Log) -> str | None:
-    """Return the reason why an accelerometer does not match the gyros, None if it does."""
+    """Return the reason why an accelerometer does not match the gyros; None if it matches."""
     channels = ", ".join(log.names)
     if log.channels != 3:
         return f"{channels} has not three axes"
@@ -339,7 +339,7 @@ def _explain_mismatch(gyro: Log, log: Log) -> str | None:
 
 
 def _stack_accelerometers(accelerometers: Mapping[int, Log], sensors: int) -> dict[str, Any]:
-    """Return the arguments of an array's log for its accelerometers, NaN where there is none."""
+    """Return the accelerometer arguments of `ArrayLog`, NaN for devices without accelerometer."""
     if not accelerometers:
         return {}
     first = next(iter(accelerometers.values()))
@@ -350,7 +350,7 @@ def _stack_accelerometers(accelerometers: Mapping[int, Log], sensors: int) -> di
 
 
 def _merge_meta(logs: Sequence[Log], extra_notes: Sequence[str]) -> dict[str, Any]:
-    """Return the metadata of the first log, with the notes of all."""
+    """Return the metadata of the first log, with the notes of all logs."""
     each = (note for log in logs for note in log.meta.get("notes", ()))
     notes = dict.fromkeys((*each, *extra_notes))
     return {**logs[0].meta, "notes": tuple(notes)}

@@ -1,4 +1,4 @@
-"""The constants of an array of gyros: names, defaults, ranges, units and meanings."""
+"""Constants of an array of gyros: names, defaults, ranges, units and meanings."""
 
 from typing import Final
 
@@ -22,7 +22,7 @@ _ROWS: Final = (
 )
 
 ARRAY_OPTIONS: Final = index_by_name(_ROWS)
-"""Of `zerorate.GyroArray`: every constant that is one number or one of some words.
+"""Options of `zerorate.GyroArray` with one number or one of some words as value.
 
-The compiled class checks them, and a test holds the table to it.
+The compiled class checks the values, and a test compares the class with this table.
 """

@@ -1,4 +1,4 @@
-"""Rotations of the sensors of an array: found from common motion, and kept in a file."""
+"""Rotations between the sensors of an array: estimated from common motion, stored in a file."""
 
 from __future__ import annotations
 
@@ -26,41 +26,41 @@ _VERSION: Final = 1
 _MODEL: Final = "rate in the axes of the first sensor = matrix times rate in the sensor's own axes"
 
 _TICK_S: Final = 0.125
-"""Seconds that are averaged: sensors do not sample at the same moment, and means mind that less."""
+"""Length of the means, s; means tolerate different sampling times of the sensors."""
 _MIN_MOTION_S: Final = 3.0
 _MIN_MOTION_RATIO: Final = 6.0
-"""Medians of the means at rest, above which a mean is motion."""
+"""Smallest ratio of a mean in motion to the median of the means at rest."""
 _PART_COUNT: Final = 10
-"""Parts of the motion that are left out in turn."""
+"""Number of parts for the jackknife."""
 _MIN_DIRECTION_RATIO: Final = 0.1
-"""Least share that a second direction has in the motion, over the first."""
+"""Smallest rate in a second direction, relative to the first direction."""
 _MIN_EVEN_SHARE: Final = 0.04
-"""Least mean square rate about a direction, over that about the first, that counts as much."""
+"""Mean square rate, relative to the first direction, from which a direction has full weight."""
 _MAX_RESIDUAL_SHARE: Final = 0.5
-"""Share of the rate that may be left when a sensor is turned into the axes of the first."""
+"""Largest residual rate of a sensor after its rotation, relative to the first sensor's rate."""
 _MAX_ORTHONORMAL_ERROR: Final = 1e-6
 _MAX_LENGTH_ERROR: Final = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Rotations(Result):
-    """Rotations of the N sensors of an array against the first sensor.
+    """Rotations of the N sensors of an array relative to the first sensor.
 
     Parameters
     ----------
     matrices : ndarray, shape (N, 3, 3)
-        Each rotates rates from the sensor's axes to the first sensor's axes.
+        Matrices that rotate rates from each sensor's axes to the first sensor's axes.
     sigma_deg : ndarray, shape (N,)
-        Standard error of each rotation's angle, deg: 0 for the first, NaN if it is not known.
+        Standard error of each rotation's angle, deg. It is 0 for the first sensor, NaN if unknown.
     labels : tuple of str
         One label per sensor.
     residuals : ndarray, shape (N,)
-        RMS difference between a rotated sensor and the first, divided by the RMS rate of the first;
-        NaN if it is not known. It includes errors of scale and of non-orthogonal axes.
+        RMS difference between a rotated sensor and the first sensor, divided by the RMS rate of the
+        first. NaN if unknown. It includes errors of scale and of non-orthogonal axes.
     seconds : float
-        Duration of the motion used, s; NaN if it is not known.
+        Duration of the motion used, s. NaN if unknown.
     positions : ndarray, shape (N, 3), or None
-        Positions of the sensors in the axes of the body, m, as stated; they are never estimated.
+        Positions of the sensors in the axes of the body, m, as stated. They are never estimated.
 
     Examples
     --------
@@ -80,11 +80,11 @@ class Rotations(Result):
 
     @property
     def angles(self) -> Floats:
-        """Angle by which each sensor is turned, shape (N,), deg, 0 to 180."""
+        """Rotation angle of each sensor, shape (N,), deg, 0 to 180."""
         return np.rad2deg(quaternions.angle(quaternions.from_matrices(self.matrices)))
 
     def of(self, labels: Sequence[str]) -> Floats:
-        """Return the matrices of sensors in this order, (N, 3, 3); ValueError if one is missing."""
+        """Return the matrices for these labels, (N, 3, 3); raises ValueError if one is missing."""
         known = dict(zip(self.labels, self.matrices, strict=True))
         missing = [label for label in labels if label not in known]
         if missing:
@@ -94,7 +94,7 @@ class Rotations(Result):
         return np.stack([known[label] for label in labels])
 
     def part(self, labels: Sequence[str]) -> Rotations:
-        """Return the rotations of some sensors, in this order; ValueError if one is missing."""
+        """Return the rotations for these labels; raises ValueError if one is missing."""
         self.of(labels)
         indices = [self.labels.index(label) for label in labels]
         return replace(
@@ -107,14 +107,14 @@ class Rotations(Result):
         )
 
     def to_json(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
-        """Return the rotations as JSON, for `read_rotations`, exact to the last bit.
+        """Return the rotations as JSON for `read_rotations`, without loss of precision.
 
         Parameters
         ----------
         path : str or path, optional
-            A file to write as well. Default: none.
+            File to write. Default: no file.
         force : bool
-            Replace an existing file; default no.
+            True replaces an existing file. Default False.
 
         Raises
         ------
@@ -143,49 +143,49 @@ def find_rotations(
     limit: float | None = None,
     labels: Sequence[str] | None = None,
 ) -> Rotations:
-    """Return the rotations of sensors that move together against the first of them.
+    """Return the rotations of sensors that move together, relative to the first sensor.
 
-    Biases learned at rest are subtracted. Means over an eighth of a second in motion then give the
-    rotation that brings the rates of each sensor closest to those of the first: Wahba's problem, by
-    singular values. All directions of the motion have equal weight, so that scale errors do not
-    rotate the result. The standard errors are those of a jackknife over ten parts of the motion, so
-    they include all disagreement of the parts. Non-orthogonal axes have no exact rotation: the
-    result is a compromise.
+    Biases learned at rest are subtracted. In motion, means over an eighth of a second give the
+    rotation between each sensor's rates and the first sensor's rates. This is Wahba's problem,
+    solved by singular values. All directions of the motion have equal weight, so that scale errors
+    do not rotate the result. The standard errors come from a jackknife over ten parts of the
+    motion. They include all disagreement between the parts. Non-orthogonal axes have no exact
+    rotation, so the result is then a compromise.
 
     Parameters
     ----------
     z : array_like, shape (n, N, 3)
-        Rates in the sensors' own axes, in any one unit; samples not finite are missing. The record
-        needs rests, such as some seconds before the motion, and rotations about two directions or
-        more.
+        Rates in the sensors' own axes, in any common unit. Samples that are not finite are missing.
+        The record needs rests, such as some seconds before the motion. It also needs rotations
+        about two directions or more.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     unit : str, optional
         Unit of the rates. If it is known, fast motion never counts as rest.
     limit : float, optional
-        Size at which a sample is at the end of the sensors' range: the eighths of a second with
-        such samples are left out. Default: none.
+        Range of the sensors, in the unit of `z`. Means that include a sample of this size are left
+        out. Default: no limit.
     labels : sequence of str, optional
-        Names of the sensors; default "1", "2" and so on.
+        Names of the sensors. Default: "1", "2" and so on.
 
     Returns
     -------
     Rotations
-        Rotations of all sensors; the first is the identity.
+        Rotations of all sensors. The first rotation is the identity.
 
     Raises
     ------
     LogError
-        If a sensor never rests, there are under 3 s of common motion, the motion is about a single
-        direction, or a sensor does not rotate with the first or has mirrored axes.
+        If a sensor never rests, or there are less than 3 s of common motion. Also if the motion is
+        about one direction only, or a sensor has mirrored axes or does not rotate with the first.
     ValueError
-        If `z` has another shape, or an argument is not valid.
+        If `z` has another shape, or an argument is out of range.
 
     References
     ----------
-    G. Wahba, "A Least Squares Estimate of Satellite Attitude", SIAM Review 7(3):409, 1965; solution
-    by singular values: F. L. Markley, "Attitude Determination using Vector Observations and the
-    Singular Value Decomposition", J. Astronautical Sciences 36(3):245, 1988.
+    G. Wahba, "A Least Squares Estimate of Satellite Attitude", SIAM Review 7(3):409, 1965. F. L.
+    Markley, "Attitude Determination using Vector Observations and the Singular Value
+    Decomposition", J. Astronautical Sciences 36(3):245, 1988.
 
     Examples
     --------
@@ -223,7 +223,7 @@ def find_rotations(
 
 
 class _Pair(NamedTuple):
-    """Means of the rates of the first sensor and of another in motion, shape (m, 3) each."""
+    """Mean rates in motion of the first sensor and of another sensor, shape (m, 3) each."""
 
     first: Floats
     other: Floats
@@ -231,24 +231,24 @@ class _Pair(NamedTuple):
 
     @classmethod
     def of(cls, means: Floats, k: int, tick: float) -> _Pair:
-        """Return those means of all sensors that both have, of so many seconds each."""
+        """Return the means that sensor `k` and the first sensor share, each over `tick` s."""
         present = np.isfinite(means[:, (0, k)]).all(axis=(1, 2))
         return cls(means[present, 0], means[present, k], float(present.sum() * tick))
 
     @property
     def rotation(self) -> Floats:
-        """The rotation that brings the other closest to the first."""
+        """Rotation from the other sensor to the first sensor."""
         return _closest_rotation(self.other.T @ self.first, self.first.T @ self.first)
 
     @property
     def residual(self) -> float:
-        """RMS residual, over the RMS of the first."""
+        """RMS residual, divided by the RMS rate of the first sensor."""
         residuals = self.first - self.other @ self.rotation.T
         return float(np.sqrt(np.sum(residuals**2) / np.sum(self.first**2)))
 
     @property
     def error(self) -> float:
-        """Standard error of the rotation's angle, deg, by leaving out parts of the motion."""
+        """Standard error of the rotation's angle, deg, by a jackknife over parts of the motion."""
         whole = self.rotation
         across, squares = (_part_sums(rates, self.first) for rates in (self.other, self.first))
         leave_one_out = zip(across.sum(axis=0) - across, squares.sum(axis=0) - squares, strict=True)
@@ -259,7 +259,7 @@ class _Pair(NamedTuple):
         return float(np.rad2deg(np.sqrt(spread * (_PART_COUNT - 1) / _PART_COUNT)))
 
     def check(self, name: str, first: str) -> None:
-        """Raise LogError unless the two have moved enough, and as one body."""
+        """Raise LogError if the sensors moved too little, or not as one body."""
         if self.seconds < _MIN_MOTION_S:
             raise LogError(
                 f"rotations need {_MIN_MOTION_S:g} s of motion, and '{name}' moves together with "
@@ -281,7 +281,7 @@ class _Pair(NamedTuple):
             )
 
     def _is_mirrored(self) -> bool:
-        """Return True if mirrored axes would leave less than half of the remaining rate."""
+        """Return True if mirrored axes would leave less than half of the residual rate."""
         u, sizes, v = np.linalg.svd(self.other.T @ self.first)
         mirrored = np.sum(self.first**2) + np.sum(self.other**2) - 2.0 * sizes.sum()
         own = mirrored + 4.0 * sizes[2]
@@ -289,7 +289,7 @@ class _Pair(NamedTuple):
 
 
 def parse_vectors(name: str, values: npt.ArrayLike) -> Floats:
-    """Return an argument of vectors, shape (n, sensors, 3); ArgumentError for another shape."""
+    """Return vectors of shape (n, sensors, 3). Raises ArgumentError for another shape."""
     vectors = floats(values, name)
     if vectors.ndim != 3 or vectors.shape[2] != 3 or 0 in vectors.shape:
         raise ArgumentError(name, f"must have shape (n, sensors, 3), got {vectors.shape}")
@@ -306,7 +306,7 @@ def _sensor_names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]
 def _remove_bias(
     z: Floats, rate: float, unit: str | None, limit: float | None, names: Sequence[str]
 ) -> tuple[Floats, Booleans]:
-    """Return the rates minus their biases, and the mask of rest of each sensor, shape (n, N)."""
+    """Return the rates without bias, and each sensor's mask of rest, shape (n, N)."""
     n, sensors, _ = z.shape
     limits = add_rest_limits({}, ["auto"], unit)
     filter_ = DriftFilter(rate, channels=3 * sensors, limit=limit, **limits)
@@ -325,7 +325,7 @@ def _remove_bias(
 
 
 def _fill_bias(bias: Floats) -> Floats:
-    """Return biases that hold until the next rest; before the first rest they are that one's."""
+    """Keep each bias until the next rest; before the first rest, use the first rest's bias."""
     known = np.isfinite(bias)
     rows = np.arange(len(bias))[:, np.newaxis, np.newaxis]
     last = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
@@ -334,7 +334,7 @@ def _fill_bias(bias: Floats) -> Floats:
 
 
 def _tick_means(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floats:
-    """Return the means of so many samples each, NaN where one is missing."""
+    """Return the means over `length` samples; NaN if one of them is missing."""
     count = len(series) // length
     ticks = series[: count * length].reshape(count, length, *series.shape[1:])
     means: Floats = ticks.mean(axis=1)
@@ -346,7 +346,7 @@ def _find_moving(means: Floats, rest: Booleans) -> Booleans:
     sizes = np.linalg.norm(means, axis=2)
     known = np.isfinite(sizes)
     rest_sizes = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]
-    # The onset of a motion passes for rest: no mean of squares.
+    # Use the median: the start of a motion passes for rest and would dominate a mean of squares.
     usual = np.array(
         [np.median(sizes_at_rest) if sizes_at_rest.size else 0.0 for sizes_at_rest in rest_sizes]
     )
@@ -356,7 +356,7 @@ def _find_moving(means: Floats, rest: Booleans) -> Booleans:
 
 
 def _check_directions(name: str, rates: Floats) -> None:
-    """Raise LogError unless a sensor turns about two directions at least."""
+    """Raise LogError if a sensor does not rotate about two directions or more."""
     _, sizes, directions = np.linalg.svd(rates, full_matrices=False)
     if sizes[1] < _MIN_DIRECTION_RATIO * sizes[0]:
         x, y, z = directions[0]
@@ -367,7 +367,7 @@ def _check_directions(name: str, rates: Floats) -> None:
 
 
 def _part_sums(first: Floats, second: Floats) -> Floats:
-    """Return the sums of products of two series (m, 3) over each part, shape (parts, 3, 3)."""
+    """Return sums of products of two series (m, 3) over each part, shape (parts, 3, 3)."""
     products = first[:, :, np.newaxis] * second[:, np.newaxis]
     starts = np.linspace(0, len(products), _PART_COUNT, endpoint=False).astype(np.intp)
     sums: Floats = np.add.reduceat(products, starts, axis=0)
@@ -375,9 +375,10 @@ def _part_sums(first: Floats, second: Floats) -> Floats:
 
 
 def _closest_rotation(across: Floats, squares: Floats) -> Floats:
-    """Return the rotation R that brings v closest to u, of the sums of v u^T and of u u^T.
+    """Return the rotation R that brings v closest to u, from the sums of v u^T and u u^T.
 
-    Directions of u count equally, down to a share of motion in which noise would decide.
+    All directions of u have equal weight. Directions with too little motion are excepted, because
+    noise would dominate there.
     """
     sizes, directions = np.linalg.eigh(squares)
     even = directions / np.maximum(sizes, _MIN_EVEN_SHARE * sizes[-1]) @ directions.T
@@ -388,27 +389,27 @@ def _closest_rotation(across: Floats, squares: Floats) -> Floats:
 
 
 def _rotation_vector(rotation: Floats) -> Floats:
-    """Return the vector of a small rotation, rad."""
+    """Return the rotation vector of a small rotation, rad."""
     across = rotation - rotation.T
     return 0.5 * np.array([across[2, 1], across[0, 2], across[1, 0]])
 
 
 def read_rotations(source: str | os.PathLike[str]) -> Rotations:
-    """Return rotations from a file or a JSON text.
+    """Return rotations from a file or from JSON text.
 
     Parameters
     ----------
     source : str or path
-        A file, or JSON itself: ``format`` "zerorate rotations", ``version`` 1, and ``rotations``,
-        for each label of a sensor a matrix of three rows, or a quaternion w, x, y, z. Both turn
-        rates in the sensor's own axes into those of the body. ``positions`` may hold x, y, z of
-        each sensor in the axes of the body, m.
+        File, or JSON text. Its keys are ``format`` ("zerorate rotations"), ``version`` (1) and
+        ``rotations``. ``rotations`` has a matrix of three rows, or a quaternion w, x, y, z, for
+        each sensor's label. They rotate rates from the sensor's own axes to the axes of the body.
+        The optional key ``positions`` has x, y, z of each sensor in the axes of the body, m.
 
     Raises
     ------
     ValueError
-        If it is no such JSON, or a matrix is no rotation to 1e-6; a quaternion has to have a length
-        of 1 to 1e-3. The message names the sensor.
+        If the text is not such JSON, or a matrix is not a rotation within 1e-6. Also if the length
+        of a quaternion is not 1 within 1e-3. The message names the sensor.
     OSError
         If the file cannot be read.
 
@@ -429,7 +430,7 @@ def _parse_rotations(content: object) -> Rotations:
         raise ValueError("'rotations' must have an entry for each sensor, got none")
     matrices = np.stack([_parse_rotation(label, value) for label, value in listed.items()])
     sigmas = dict.fromkeys(listed, np.nan)
-    # "errors_deg" in files of before.
+    # Earlier files have the name "errors_deg".
     mapping = content if isinstance(content, dict) else {}
     key = "errors_deg" if "errors_deg" in mapping else "sigma_deg"
     if key in mapping:
@@ -447,7 +448,7 @@ def _parse_rotations(content: object) -> Rotations:
 
 
 def _parse_positions(content: object, labels: Sequence[str]) -> Floats | None:
-    """Return the positions of the sensors, if the content holds any."""
+    """Return the positions of the sensors; None if the file has none."""
     if not isinstance(content, dict) or content.get("positions") is None:
         return None
     known = parse_key(content, "positions", dict)
@@ -458,7 +459,7 @@ def _parse_positions(content: object, labels: Sequence[str]) -> Floats | None:
 
 
 def _parse_rotation(label: str, value: object) -> Floats:
-    """Return the rotation of a sensor, given as a matrix or as a quaternion."""
+    """Return the rotation of a sensor from a matrix or a quaternion."""
     if isinstance(value, list) and len(value) == 4:
         return _matrix_from_quaternion(label, finite_numbers(label, value, (4,)))
     matrix = finite_numbers(label, value, (3, 3))

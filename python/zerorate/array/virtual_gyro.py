@@ -1,4 +1,4 @@
-"""Weights that fuse many gyros into one, their gain, and its error."""
+"""Weights that fuse several gyros into one, with the gain and its error."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from zerorate.views import Result
 WeightsName: TypeAlias = Literal["drift", "white", "mean"]
 _WEIGHTS_NAMES: Final = ("drift", "white", "mean")
 
-# Seconds of record that give the drift one degree of freedom, if drift and white noise are as
-# strong as each other at some 200 s.
+# Length of record per degree of freedom of the drift, s, if drift equals white noise at about
+# 200 s.
 _SECONDS_PER_FREEDOM: Final = 256.0
 _MIN_SECONDS_PER_GYRO: Final = 900.0
-"""Record that drift weights need for each gyro."""
-# No gyro follows white noise and a walk closer than some ten per cent.
+"""Length of record that drift weights need for each gyro, s."""
+# Gyros follow the model of white noise and random walk to some ten percent at best.
 _MAX_FREEDOM: Final = 200.0
-# Deviations to a fifth.
+# With these degrees of freedom, deviations are accurate to a fifth.
 _MIN_KNOWN_FREEDOM: Final = 12.0
 _MAX_ITERATIONS: Final = 50
 _CONVERGENCE_TOLERANCE: Final = 1e-10
@@ -37,22 +37,22 @@ _TOO_FEW_TAUS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class VirtualGyro(Result):
-    """Weights that fuse many gyros into one.
+    """Weights that fuse several gyros into one.
 
     Attributes
     ----------
     weights : ndarray, shape (N,)
-        Weight of each gyro; their sum is 1. It is negative for a gyro that drifts as the others do,
-        but more.
+        Weight of each gyro. The sum is 1. A weight is negative if the gyro's drift is correlated
+        with the other gyros' drift, but larger.
     gain : float
-        Deviation of the plain mean over that of the weighted one, at the horizon: on parts of the
-        record that were not used for the weights.
+        Deviation of the plain mean divided by the deviation of the weighted mean, at the horizon.
+        It is computed on parts of the record that did not determine the weights.
     gain_error : float
-        Its standard error.
+        Standard error of `gain`.
     shrinkage : float
-        Shrinkage of the covariance to its diagonal, 0 to 1: at 1 no correlation is used.
+        Shrinkage of the covariance towards its diagonal, 0 to 1. At 1 no correlation is used.
     horizon : float
-        Averaging time for which `gain` holds, s.
+        Averaging time of `gain`, s.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class VirtualGyro(Result):
 
 
 class Noise(NamedTuple):
-    """White noise R and drift Q of gyros side by side: their Allan covariance is R/tau + Q tau/3.
+    """White noise R and drift Q of several gyros; their Allan covariance is R/tau + Q tau/3.
 
     Attributes
     ----------
@@ -82,24 +82,24 @@ class Noise(NamedTuple):
     drift: Floats
 
     def at(self, horizon: float) -> Floats:
-        """Return the covariance at an averaging time, times any number; at infinity the drift."""
+        """Return the scaled covariance at an averaging time; at infinity it is the drift."""
         white, drift = _noise_shares(horizon)
         return self.white * white + self.drift * drift
 
 
 class Parts(NamedTuple):
-    """Sums over the parts of a record, at t averaging times of an octave each.
+    """Sums over the parts of a record, at t averaging times, one per octave.
 
     Attributes
     ----------
     tau, edf, terms : ndarray, shape (t,)
-        Averaging times in s, degrees of freedom and number of terms of the whole record.
+        Averaging times, s, degrees of freedom, and numbers of terms of the whole record.
     matrix : ndarray, shape (t, N, N)
         Covariances of the whole record.
     inside, outside : ndarray, shape (t, parts, N, N)
-        Sums over the terms within each part, and over those that touch none of it.
+        Sums over the terms within each part, and sums over the terms outside each part.
     n_inside, n_outside : ndarray, shape (t, parts)
-        How many these are.
+        Numbers of terms in these sums.
     """
 
     tau: Floats
@@ -115,18 +115,18 @@ class Parts(NamedTuple):
 def weigh(
     parts: Parts, seconds: float, horizon: float, weights: WeightsName, names: Sequence[str]
 ) -> VirtualGyro:
-    """Return the weights of gyros of which a record gave these sums.
+    """Return the weights of gyros from the sums over a record.
 
     Parameters
     ----------
     parts : Parts
         Sums over a record and its parts.
     seconds : float
-        Length of the record less what is missing, s.
+        Length of the record without missing samples, s.
     horizon, weights
         As in `AllanCovariance.virtual_gyro`.
     names : sequence of str, length N
-        What messages call the gyros.
+        Names of the gyros in messages.
     """
     _check_arguments(parts, seconds, horizon, weights, names)
     n = len(names)
@@ -145,12 +145,12 @@ def weigh(
 
 
 def time_shrinkage(n: int, seconds: float) -> float:
-    """Return the shrinkage of the drift of n gyros towards its diagonal, for a record so long."""
+    """Return the shrinkage of the drift of n gyros, for a record of this length."""
     return n / (n + seconds / _SECONDS_PER_FREEDOM)
 
 
 def drift_weights(noise: Noise, shrinkage: float, horizon: float = math.inf) -> Floats:
-    """Return the weights of least deviation at a horizon, the drift being shrunk, shape (N,)."""
+    """Return the weights with the smallest variance at a horizon, with shrunk drift, shape (N,)."""
     return _min_variance_weights(
         Noise(noise.white, shrink_covariance(noise.drift, shrinkage)).at(horizon)
     )
@@ -161,14 +161,14 @@ def _white_weights(noise: Noise, shrinkage: float) -> Floats:
 
 
 def shrink_covariance(covariance: Floats, shrinkage: float) -> Floats:
-    """Return a covariance whose elements off the diagonal are smaller by this share."""
+    """Return a covariance with off-diagonal elements reduced by the share `shrinkage`."""
     off = covariance * (1.0 - shrinkage)
     np.fill_diagonal(off, np.diag(covariance))
     return off
 
 
 def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
-    """Return the degrees of freedom that covariances leave for the drift: the median of gyros."""
+    """Return the degrees of freedom of the drift, as the median over the gyros."""
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
     variances = _noise_basis(tau) @ strengths
     _, errors = _least_squares(tau, variances, _limit_freedom(edf)[:, None] / (2.0 * variances**2))
@@ -176,23 +176,22 @@ def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
 
 
 def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
-    """Return white noise and drift that fit Allan covariances best.
+    """Return the white noise and drift that fit Allan covariances best.
 
     Parameters
     ----------
     tau : ndarray, shape (t,)
-        Averaging times, s; at least two.
+        Averaging times, s. At least two.
     matrix : ndarray, shape (t, N, N)
         Allan covariances.
     edf : ndarray, shape (t,)
-        Degrees of freedom of each.
+        Degrees of freedom of each covariance.
 
     Notes
     -----
-    Every element by least squares on its own; an estimate counts as its degrees of freedom allow,
-    given its standard deviation from the fit. Both matrices are positive semidefinite. Strengths
-    that are too small to be seen are set to the smallest visible value: as zeros they
-    would draw all the weight.
+    Each element is fitted on its own, by least squares weighted by the degrees of freedom. Both
+    matrices are positive semidefinite. A strength that is too small to be seen is set to the
+    smallest visible value. With zero, its gyro would get all the weight.
     """
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
     variances = _noise_basis(tau) @ strengths
@@ -234,10 +233,10 @@ def _check_arguments(
 
 
 def _min_variance_weights(covariance: Floats) -> Floats:
-    """Return the weights of sum 1 that have the least variance, shape (N,)."""
+    """Return the weights with sum 1 and the smallest variance, shape (N,)."""
     sizes = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sizes, sizes)
-    # That of copies of one gyro is singular.
+    # The correlation of identical gyros is singular.
     correlation[np.diag_indices_from(correlation)] += _RIDGE
     unnormalised = np.linalg.solve(correlation, sizes.min() / sizes) / sizes
     weights: Floats = unnormalised / unnormalised.sum()
@@ -245,7 +244,7 @@ def _min_variance_weights(covariance: Floats) -> Floats:
 
 
 def _noise_shares(horizon: float) -> tuple[float, float]:
-    """Return the shares of R and Q at an averaging time, up to a factor: neither is above 1."""
+    """Return scaled shares of R and Q at an averaging time; neither exceeds 1."""
     return 1.0 / (1.0 + horizon * horizon / 3.0), 1.0 / (1.0 + 3.0 / horizon / horizon)
 
 
@@ -258,13 +257,13 @@ def _limit_freedom(edf: Floats) -> Floats:
 
 
 def _fit_strengths(tau: Floats, variances: Floats, edf: Floats) -> Floats:
-    """Return white noise and drift of Allan variances (t, k) by themselves, shape (2, k)."""
+    """Return white noise and drift of single Allan variances (t, k), shape (2, k)."""
     basis, trust = _noise_basis(tau), _limit_freedom(edf)[:, None]
-    # Too large, so that no variance that chance made small counts for much.
+    # Start too large: then no variance that is small by chance has much weight.
     strengths = np.stack([np.max(variances / column[:, None], axis=0) for column in basis.T])
     for _ in range(_MAX_ITERATIONS):
         previous = strengths
-        # That of a chi-squared variable: 2 mean² / edf.
+        # Variance of a chi-squared variable: 2 mean² / edf.
         weights = trust / (2.0 * (basis @ strengths) ** 2)
         fitted, errors = _least_squares(tau, variances, weights)
         strengths = np.maximum(fitted, errors)
@@ -274,7 +273,7 @@ def _fit_strengths(tau: Floats, variances: Floats, edf: Floats) -> Floats:
 
 
 def _least_squares(tau: Floats, data: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Fit 1/tau and tau/3 to data (t, ...): strengths and their errors, both shape (2, ...)."""
+    """Fit 1/tau and tau/3 to data (t, ...); return strengths and their errors, (2, ...) each."""
     first, second = (column.reshape(-1, *[1] * (data.ndim - 1)) for column in _noise_basis(tau).T)
     a, b, c = (
         np.sum(weights * x * y, axis=0)
@@ -287,7 +286,7 @@ def _least_squares(tau: Floats, data: Floats, weights: Floats) -> tuple[Floats, 
 
 
 def _make_semidefinite(covariance: Floats, variances: Floats) -> Floats:
-    """Return the matrix of these variances without correlations that no variables can have."""
+    """Return the matrix with these variances and correlations that are possible."""
     sizes = np.sqrt(variances)
     correlation = covariance / np.outer(sizes, sizes)
     np.fill_diagonal(correlation, 1.0)
@@ -302,11 +301,11 @@ def _make_semidefinite(covariance: Floats, variances: Floats) -> Floats:
 def _estimate_gain(
     parts: Parts, rule: Callable[[Noise], Floats], horizon: float
 ) -> tuple[float, float]:
-    """Return the gain over the mean, and the standard error of its logarithm.
+    """Return the gain over the mean, and the standard error of the gain's logarithm.
 
-    Each part of the record is weighed by what the rest of it gives. On the record that weights
-    come from they look better than they are, the more so the more gyros there are. The error is
-    that of the jackknife over the parts, which asks for no model.
+    Each part of the record is fused with weights from the other parts. On its own record a set of
+    weights looks better than it is, above all with many gyros. The error comes from a jackknife
+    over the parts, which needs no model.
     """
     curves = _held_out_curves(parts, rule)
     all_parts = range(parts.n_inside.shape[1])
@@ -320,7 +319,7 @@ def _estimate_gain(
 
 
 def _held_out_curves(parts: Parts, rule: Callable[[Noise], Floats]) -> Floats:
-    """Return sums of squares of the weighted and of the plain mean, shape (t, parts, 2)."""
+    """Return sums of squares of the weighted mean and of the plain mean, shape (t, parts, 2)."""
     n = parts.matrix.shape[-1]
     curves = np.empty((*parts.n_inside.shape, 2))
     for i in range(parts.n_inside.shape[1]):
@@ -355,10 +354,10 @@ def _log_gain(parts: Parts, curves: Floats, which: list[int], horizon: float) ->
 
 
 def _variances_at(horizon: float, tau: Floats, variances: Floats, edf: Floats) -> Floats:
-    """Return Allan variances at a horizon, up to a factor, of curves of shape (t, k).
+    """Return scaled Allan variances at a horizon, from curves of shape (t, k).
 
-    Between averaging times that are well known they need no model, which real noise may not
-    follow. Beyond them it is that of white noise and a walk.
+    Between well known averaging times the curves are interpolated. Beyond them, the model of white
+    noise and random walk is used.
     """
     known = tau[edf >= _MIN_KNOWN_FREEDOM]
     if known.size and known[0] <= horizon <= known[-1] and np.all(variances > 0.0):

@@ -1,4 +1,4 @@
-"""Attitude of recordings, and priors of a gyro."""
+"""Attitude of recordings, and prior knowledge of a gyro."""
 
 from typing import TYPE_CHECKING, Final
 

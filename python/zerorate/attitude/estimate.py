@@ -1,4 +1,4 @@
-"""The attitude of a whole recording: orientation, its standard deviations, and learned errors."""
+"""Attitude of a whole recording: orientation, standard deviations, and gyro errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 @dataclass(frozen=True, eq=False)
 class AttitudeEstimate(Oriented, OneArray, Result):
-    """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
+    """Attitude of a body over a recording of n samples, from `zerorate.estimate_attitude`.
 
     Parameters
     ----------
@@ -61,40 +61,46 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     rate : float
         Rate of the gyro, Hz.
     quaternion : ndarray, shape (n, 4)
-        w, x, y, z from the axes of the sensor to those of the earth; a prediction where a sample of
-        the gyro is missing.
+        Quaternions w, x, y, z from the sensor's axes to the earth's axes. Where a gyro sample is
+        missing, the value is a prediction.
     tilt_sigma, heading_sigma : ndarray, shape (n,)
-        Standard deviations, rad. Without a magnetometer, the heading's standard deviation is
+        Standard deviations of tilt and heading, rad. Without a magnetometer, the heading is
         relative to the start.
-    at_rest, disturbed : ndarray of bool, shape (n,)
-        Masks of rest, and of a magnetic field that differs from the known one.
+    at_rest : ndarray of bool, shape (n,)
+        Mask of samples at rest.
+    disturbed : ndarray of bool, shape (n,)
+        Mask of samples with a disturbed magnetic field.
     events : ndarray of uint16, shape (n,)
-        Events of the sample and of the filter: a sum of `zerorate.attitude.Event`.
+        Events of the sample and of the filter: a sum of `zerorate.attitude.Event` values.
     linear_acceleration : ndarray, shape (n, 3)
-        Acceleration in the axes of the sensor, m/s^2; NaN where the accelerometer has no sample.
+        Acceleration without gravity in the sensor's axes, m/s^2. NaN if the accelerometer sample is
+        missing.
     bias, bias_sigma : ndarray, shape (n, 3)
-        Bias of the gyro, and its standard deviation, rad/s.
+        Gyro bias and its standard deviation, rad/s.
     moments : ndarray of int64, shape (m,)
-        Sample indices at which the next two arrays are stored: at most 1000, the last is n - 1.
+        Indices of the samples for the next two arrays: at most 1000, the last index is n - 1.
     gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
-        M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
+        Matrix M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
     frame : {"enu", "ned", "nwu"}
-        Axes of the earth.
+        Earth axes.
     method : str
         Method of the estimate.
-    offline, mag : bool
-        ``offline`` is True if later samples were used, ``mag`` if a magnetometer was used.
+    offline : bool
+        True if later samples were used.
+    mag : bool
+        True if a magnetometer was used.
     reference : ndarray, shape (n, 4), or None
-        Reference orientation of the recording, in the frame; NaN where missing.
+        True orientation from the sensor's axes to `frame`. NaN where missing. None without a
+        reference.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on the recording, and on assumptions.
+        Sentences on the recording and on assumptions.
     compared_heading : {"absolute", "relative", "aligned"}
-        Default treatment of headings in `errors`: "relative" without a magnetometer, "aligned" with
-        a reference that has its own north, such as a camera's.
+        Default treatment of headings in `errors`. It is "relative" without a magnetometer, and
+        "aligned" if the reference has its own north, such as a camera.
     alarms : tuple of str
-        Contradictions in the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
 
     Examples
     --------
@@ -133,21 +139,21 @@ class AttitudeEstimate(Oriented, OneArray, Result):
 
     @property
     def n(self) -> int:
-        """Number of samples, missing ones included."""
+        """Number of samples, including missing samples."""
         return len(self.time)
 
     @property
     def euler(self) -> Floats:
-        """Roll, pitch and yaw, rad, shape (n, 3): about x, y and z, yaw first.
+        """Roll, pitch and yaw, rad, shape (n, 3): rotations about x, y and z; yaw comes first.
 
-        Yaw and roll are -pi to pi, pitch -pi/2 to pi/2. Yaw is the angle of the frame: in NED from
-        north over east, in ENU from east over north.
+        Yaw and roll are between -pi and pi, pitch is between -pi/2 and pi/2. In NED, yaw counts
+        from north over east. In ENU it counts from east over north.
         """
         return euler_angles(self.quaternion)
 
     @property
     def gyro_matrix(self) -> Floats:
-        """M in ``rate = M (gyro - bias)`` as it was known at the end, shape (3, 3)."""
+        """Matrix M in ``rate = M (gyro - bias)`` at the end of the recording, shape (3, 3)."""
         last: Floats = self.gyro_matrices[-1]
         return last
 
@@ -160,19 +166,21 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     def errors(
         self, where: npt.ArrayLike | None = None, heading: Heading | None = None
     ) -> OrientationErrors:
-        """Return the errors against the reference.
+        """Return the errors relative to the reference.
 
         Parameters
         ----------
         where : array_like of bool, shape (n,), optional
-            The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
+            Mask of the samples to use, for example ``~estimate.at_rest`` for motion. Default: all
+            samples.
         heading : {"absolute", "relative", "aligned"}, optional
-            As in `zerorate.metrics.orientation_errors`; default `compared_heading`.
+            Treatment of headings, as in `zerorate.metrics.orientation_errors`. Default:
+            `compared_heading`.
 
         Raises
         ------
         ValueError
-            If there is no reference, or no sample of it that counts.
+            If there is no reference, or it has no sample in `where`.
         """
         if self.reference is None:
             raise ValueError("there are no errors: the recording has no true orientation")
@@ -193,14 +201,18 @@ class AttitudeEstimate(Oriented, OneArray, Result):
         return heading_offset(self.quaternion, self.reference)
 
     def poses(self) -> Poses:
-        """Return the orientations as poses in the frame, at the origin: `Poses.to_tum` for evo."""
+        """Return the orientations as poses at the origin of the frame, to save for evo."""
         return Poses(self.time, np.zeros((self.n, 3)), self.quaternion, self.source)
 
     def to_log(self) -> Log:
         """Return a log of the quaternion, for `zerorate.write_log`.
 
-        Its extra columns are Euler angles and standard deviations in deg, rest, disturbance, bias
-        in deg/s and acceleration in m/s^2.
+        Its extra columns are:
+
+        - Euler angles and standard deviations, deg
+        - flags for rest and for a disturbed field
+        - bias, deg/s
+        - acceleration, m/s^2
 
         Examples
         --------
@@ -230,7 +242,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
             yield f"linear_{axis}_mps2", values
 
     def __repr__(self) -> str:
-        """Return size, method and frame."""
+        """Return the number of samples, the method and the frame."""
         axes = "nine" if self.mag else "six"
         way = ", offline" if self.offline else ""
         return (
@@ -256,56 +268,57 @@ def attitude_of(
 ) -> AttitudeEstimate:
     """Return the attitude of a body over an unchecked recording, by `zerorate.Attitude`.
 
-    Nothing is checked or corrected: `zerorate.estimate_attitude` does that first. The clock of the
-    gyro is used. A sample of another sensor with its own clock is processed with the first gyro
-    sample that is not earlier. Lost samples are treated as missing.
+    Use `zerorate.estimate_attitude` to check and correct the recording first. The result is on the
+    gyro's clock. If another sensor has its own clock, each of its samples is processed with the
+    next gyro sample. Lost samples count as missing.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro and an accelerometer of three axes and known units, and optionally a
-        magnetometer in any unit. A reference of four channels w, x, y, z is the true orientation,
-        from sensor to earth; the estimate's errors are then computed.
+        Recording with a gyro and an accelerometer of three axes and known units. A magnetometer is
+        optional and may have any unit. A reference with channels w, x, y, z is the true orientation
+        from sensor to earth. With a reference, the errors are computed.
     frame : {"enu", "ned", "nwu"}
-        Axes of the earth: east, north and up; north, east and down; north, west and up. North is
-        the magnetic one, unless `declination` is given. Default "enu", or "ned" if the gyro's log
-        states that its axes point forward, right and down, such as a PX4's: a level body has then
-        no roll.
+        Earth axes: "enu" is east, north, up; "ned" is north, east, down; "nwu" is north, west, up.
+        North is magnetic north, or true north with `declination`. Default "enu". If the gyro's log
+        states axes forward, right, down, as a PX4 log does, the default is "ned". A level body then
+        has zero roll.
     method : str
         A method of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
-        Use the whole recording for each sample, later ones too. Default no.
+        True uses the whole recording for each sample, including later samples. Default False.
     mag : bool
-        Use a magnetometer, if there is one; without one the heading is relative to the start and
-        drifts. Default yes.
+        True uses a magnetometer if the recording has it. Without a magnetometer the heading is
+        relative to the start and drifts. Default True.
     declination : float
-        Angle of magnetic north east of true north, rad, from a model of the field for the place:
-        the orientation is then relative to true north. Default 0.
+        Angle from true north to magnetic north, rad, positive east, from a field model. With it,
+        the orientation is relative to true north. Default 0.
     gyro, accel : str
-        Names of the sensors if there are several, such as ``"gyro_1"``. Default: the first gyro and
-        the accelerometer of its device.
+        Names of the sensors if there are several, such as ``"gyro_1"``. Default: the first gyro,
+        and the accelerometer of the same device.
     reference : Poses, optional
-        The true orientation on the clock of the gyro, such as a camera's, instead of the
-        recording's own: it has its own north, and headings are aligned.
+        True orientation on the gyro's clock, such as a camera's, in place of the recording's
+        reference. It may have its own north, so the headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
-        Earth axes of the reference; default `frame`.
+        Earth axes of the reference. Default: `frame`.
     progress : callable, optional
-        Called with a step's name and the fraction done. Default: a progress bar in a notebook.
+        Called with the name of the step and the fraction done. Default: a progress bar in a
+        notebook.
     **constants
-        Further arguments of `zerorate.Attitude`, such as those of its named methods.
+        Further arguments of `zerorate.Attitude`, such as the constants of its named methods.
 
     Returns
     -------
     AttitudeEstimate
-        Arrays in SI; ``table()`` and ``plot()`` show them in deg.
+        Arrays in SI units. ``table()`` and ``plot()`` show deg.
 
     Raises
     ------
     LogError
-        If gyro or accelerometer are missing, not of three axes or not of a known unit.
+        If gyro or accelerometer are missing, do not have three axes, or have an unknown unit.
     ValueError
-        If the method or the frame is not known, the method cannot run offline, or a declination is
-        given without a magnetometer.
+        If the method or the frame is unknown, or the method cannot run offline. Also if a
+        declination is given without a magnetometer.
 
     Examples
     --------
@@ -322,7 +335,7 @@ def attitude_of(
     requested_frame, frame = frame, frame or _default_frame(samples.log)
     uses_mag = samples.mag is not None
     _check_declination(declination, uses_mag)
-    # The filter refuses unknown names.
+    # The filter rejects unknown names.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
     report = choose_reporter(progress)
@@ -379,17 +392,17 @@ def _check_declination(declination: float, uses_mag: bool) -> None:
 
 
 def _rotate_to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
-    """Return orientations whose north is the true one, which lies west of the magnetic one."""
+    """Rotate orientations from magnetic north to true north."""
     return from_enu(product(about_z(-declination), in_enu(quaternion, frame)), frame)
 
 
 def _choose_moments(n: int) -> Integers:
-    """Return at most a thousand samples in even steps, the last one among them."""
+    """Return at most 1000 sample indices in even steps, including the last sample."""
     return np.unique(np.linspace(0, n - 1, min(n, _MAX_MOMENTS)).round().astype(np.int64))
 
 
 def _trace(filter_: Any, samples: Samples, progress: Progress) -> _FilterRun:  # noqa: ANN401
-    """Filter block by block: matrices of each sample would take most of the memory."""
+    """Filter in blocks, because the matrices of all samples would need most of the memory."""
     n = samples.log.n
     moments, blocks = _choose_moments(n), {name: [] for name in (*_SAMPLE_FIELDS, *_MOMENT_FIELDS)}  # type: ignore[var-annotated]
     for first in range(0, n, _BLOCK_SAMPLES):
@@ -410,7 +423,7 @@ def _trace(filter_: Any, samples: Samples, progress: Progress) -> _FilterRun:  #
 
 
 def _smooth(filter_: Any, samples: Samples, progress: Progress) -> _FilterRun:  # noqa: ANN401
-    # Forth and back: there is no half of it to report.
+    # The smoother runs forward and backward in one call, so there is no progress in between.
     progress("attitude", 0.1)
     traced: Mapping[str, npt.NDArray[Any]] = filter_.smooth(
         *_filter_arguments(samples, slice(None))
@@ -433,7 +446,7 @@ def _reference_orientation(
     poses_frame: Frame | None,
     frame: Frame,
 ) -> Floats | None:
-    """Return the true orientation to a frame, the given one or the recording's own."""
+    """Return the true orientation in a frame: the given poses or the recording's reference."""
     orientation = (
         _recorded_reference(recording, samples)
         if poses is None
@@ -445,7 +458,7 @@ def _reference_orientation(
 
 
 def _recorded_reference(recording: Recording, samples: Samples) -> Floats | None:
-    """Return the true orientation, if there is one that belongs to this recording's clock."""
+    """Return the recording's true orientation; None if it is missing or on another clock."""
     logs = [log for log in recording.of_kind("reference") if log.channels == 4]
     if len(logs) != 1:
         return None
@@ -454,7 +467,7 @@ def _recorded_reference(recording: Recording, samples: Samples) -> Floats | None
 
 
 def _interpolate_poses(poses: Poses, samples: Samples) -> Floats:
-    """Return the true orientation at the samples; LogError if it is of another time."""
+    """Return the true orientation at the samples. Raises LogError if the times do not overlap."""
     quaternions = poses.at(samples.time).quaternion
     if not np.isfinite(quaternions).all(axis=1).any():
         own, other = (f"{t[0]:.2f} to {t[-1]:.2f} s" for t in (samples.time, poses.time))
@@ -474,7 +487,7 @@ def _default_heading(mag: bool, reference: Poses | None) -> Heading:
 
 
 def _filter_warnings(messages: Iterable[warnings.WarningMessage]) -> Iterator[str]:
-    """Yield the filter's warnings, which name no file."""
+    """Yield the filter's warnings. They do not name the file."""
     for message in messages:
         yield str(message.message).replace("is accel_unit right", "is its unit right")
 
@@ -484,7 +497,7 @@ def _default_frame(gyro: Log) -> Frame:
 
 
 def _axes_notes(gyro: Log, requested_frame: Frame | None) -> Iterator[str]:
-    """Yield a sentence on known axes of a log that chose the frame, or that it goes against."""
+    """Yield a sentence if the log's known axes chose the frame or contradict it."""
     if gyro.meta.get("axes") != FORWARD_RIGHT_DOWN or requested_frame == "ned":
         return
     text = f"the log's axes point {FORWARD_RIGHT_DOWN}"

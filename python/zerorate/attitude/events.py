@@ -1,4 +1,4 @@
-"""Events of an attitude filter at each sample, and sentences on them."""
+"""Events of an attitude filter at each sample, and sentences that describe them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 EventBits: TypeAlias = npt.NDArray[np.uint16]
-"""Sums of `Event`."""
+"""Sums of `Event` values."""
 
 _MERGED_S: Final = 1.0
-"""Seconds within which the same happens once."""
+"""Events of one kind within this time count once, s."""
 _MAX_LISTED: Final = 4
 
 
 class Event(IntFlag):
-    """Event of an attitude filter at a sample: bits of ``events``.
+    """Event of an attitude filter at a sample, as a bit of ``events``.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Event(IntFlag):
 
 
 class Kind(NamedTuple):
-    """An event: its sentence, its name in figures, and True if it lasts."""
+    """An event with its sentence, its name in figures, and True if it lasts."""
 
     event: Event
     text: str
@@ -88,18 +88,18 @@ def event_mask(events: EventBits, event: Event) -> Booleans:
 
 
 def event_notes(events: EventBits, at_rest: Booleans, time: Floats, rate: float) -> Iterator[str]:
-    """Yield a sentence for each mechanism that acted: its count, and its times.
+    """Yield a sentence for each kind of event, with its count and times.
 
     Parameters
     ----------
     events : ndarray of uint16, shape (n,)
-        Sums of `Event`.
+        Sums of `Event` values.
     at_rest : ndarray of bool, shape (n,)
-        Where the body rests.
+        Mask of samples at rest.
     time : ndarray, shape (n,)
-        Of the samples, s.
+        Times of the samples, s.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     """
     seconds = time - time[0]
     if at_rest.any():
@@ -133,7 +133,7 @@ def _describe_moments(text: str, mask: Booleans, seconds: Floats, rate: float) -
 
 
 def _merge(mask: Booleans, rate: float) -> Integers:
-    """Return first samples and ends of spans, shape (m, 2), those a second apart as one."""
+    """Return first sample and end of each span, shape (m, 2); spans within a second are merged."""
     return runs_of_rows(np.flatnonzero(mask), max(1, round(_MERGED_S * rate)))
 
 

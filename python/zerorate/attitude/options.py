@@ -1,4 +1,4 @@
-"""The constants of the named methods of attitude and tilt, as the core's tables have them."""
+"""Constants of the named methods of attitude and tilt, from the tables of the core."""
 
 from typing import Final
 
@@ -6,10 +6,10 @@ from zerorate._native import attitude_options, tilt_options
 from zerorate.options import index_by_name, options_of_rows
 
 ATTITUDE_OPTIONS: Final = index_by_name(options_of_rows(attitude_options()))
-"""Of `zerorate.Attitude`: its method, then every constant, with the methods that use it."""
+"""Options of `zerorate.Attitude`: the method, then constants with their methods."""
 
 TILT_OPTIONS: Final = index_by_name(options_of_rows(tilt_options()))
-"""The same of `zerorate.Tilt`."""
+"""Options of `zerorate.Tilt`: the method, then constants with their methods."""
 
 ATTITUDE_METHODS: Final = ATTITUDE_OPTIONS["method"].choices
-"""All methods of `zerorate.Attitude`: the default, then the named ones."""
+"""Methods of `zerorate.Attitude`: first the default, then the named methods."""

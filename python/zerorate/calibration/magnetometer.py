@@ -221,7 +221,7 @@ class MagnetometerCalibration(Result):
         if unevenness > max(max_ratio * unevenness_before, max_unevenness):
             raise LogError(
                 "the calibration is of another device, or its magnets have moved: with the "
-                "calibration the field's size varies by {100.0 * unevenness:.0f} %, without by "
+                f"calibration the field's size varies by {100.0 * unevenness:.0f} %, without by "
                 f"{100.0 * unevenness_before:.0f} %; calibrate this log"
             )
         if self.field.known and not 1.0 / _MAX_FIELD_RATIO < size / self.field < _MAX_FIELD_RATIO:

@@ -1,6 +1,6 @@
-"""The command line; exit codes: 0, 1 data, 2 usage, 70 a fault of zerorate, 128 + n signal n.
+"""Command line. Exit codes: 0; 1 data, 2 usage, 70 fault of zerorate; 128 + n signal n.
 
-A fault is one line on stderr; the variable ZERORATE_TRACEBACK adds the traceback.
+An error is one line on stderr. The variable ZERORATE_TRACEBACK adds the traceback.
 """
 
 import os
@@ -26,11 +26,11 @@ def main() -> None:
     try:
         _flush()
     except OSError:
-        # The fault was reported already; at exit the interpreter would report it again.
+        # The error was already reported; the interpreter would report it again at exit.
         drop_stdout()
     if code > _SIGNAL_CODE:
-        # Exit at once: with a library's thread in native code, the interpreter's own exit would
-        # fail. All files are complete or removed by now.
+        # Exit at once: the interpreter's own exit fails if a library's thread is in native code.
+        # All files are complete or removed.
         os._exit(code)
     sys.exit(code)
 
@@ -46,8 +46,8 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0; 1 for a fault of the data, 2 of usage, 70 of zerorate; 128 plus the signal's number, as
-        in a shell, for a command that a signal ended. A fault is one line on stderr.
+        0 for success, 1 for a fault of the data, 2 of usage, 70 of zerorate. 128 plus the signal's
+        number for a command ended by a signal, as in a shell. An error is one line on stderr.
     """
     from zerorate.cli.app import invoke
     from zerorate.tasks.interrupts import TerminationHandler
@@ -61,8 +61,7 @@ def run(arguments: Sequence[str]) -> int:
             return ended.code if isinstance(ended.code, int) else _OWN_FAULT
         # A panic of the native code is no Exception.
         except BaseException as error:
-            # Python 3.11 wraps an interrupt during the creation of a class, for example in an
-            # import.
+            # Python 3.11 wraps an interrupt during the creation of a class, as in an import.
             if isinstance(error, KeyboardInterrupt) or isinstance(
                 error.__cause__, KeyboardInterrupt
             ):
@@ -89,7 +88,7 @@ def _exit_code(error: BaseException) -> int:
 
 
 def _flush() -> None:
-    # A closed descriptor is None.
+    # A closed stream is None.
     if sys.stdout is not None:
         sys.stdout.flush()
 
@@ -102,7 +101,7 @@ def _interrupted(number: int) -> int:
 
 
 def _of_the_system(error: OSError) -> int:
-    """Return the exit code for a failing file; a file without a name is stdout."""
+    """Return the exit code for a failed file; a file without a name is stdout."""
     if error.filename is not None:
         from zerorate.cli.errors import of_a_file
 

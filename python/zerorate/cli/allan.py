@@ -1,4 +1,4 @@
-"""``zerorate allan``: the noise of the sensors of one log."""
+"""``zerorate allan``: noise of the sensors of a log."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ from zerorate.tasks.interrupts import run_in_background
 from zerorate.tasks.saving import FIGURE_FORMATS
 
 _OVERLAY: Final = "allan-zerorate-overlay"
-"""Name of the figure of several logs."""
+"""File name of the figure of several logs."""
 
 _READING: Final = ReadingOptions(
     help={
@@ -68,7 +68,7 @@ _READING: Final = ReadingOptions(
 
 
 def _parse_taus(flag: str, text: str) -> TauGrid | list[float]:
-    """Return the name of a grid, or a list of seconds."""
+    """Return the name of a grid of averaging times, or a list of seconds."""
     if text in get_args(TauGrid):
         return cast(TauGrid, text)
     try:
@@ -108,7 +108,7 @@ class _Analysis:
 
 @dataclass(frozen=True)
 class _Exports:
-    """Options of files for other programs."""
+    """Options of exports for other programs."""
 
     panel: ClassVar = EXPORT_PANEL
 
@@ -133,7 +133,7 @@ class _Exports:
     doubtful: Doubtful = False
 
     def names(self) -> list[str]:
-        """Return the names of the exports; ValueError for options that none uses."""
+        """Return the names of the exports; ValueError for options that no export uses."""
         return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 
@@ -220,7 +220,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 
 
 def _left_out(result: Characterised, exports: Sequence[str], bounds: bool) -> str:
-    """Return the numbers that the log does not determine, as a note or a paragraph."""
+    """Return the values that the log does not determine, as a note or a paragraph."""
     left_out = describe_missing_numbers(result, exports, bounds)
     if not left_out:
         return ""

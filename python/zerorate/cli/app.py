@@ -1,4 +1,4 @@
-"""Commands of the program, their help and their calls."""
+"""Commands of the program, with their help and calls."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,13 +21,13 @@ class Command:
     Parameters
     ----------
     about : str
-        Description, in the list of help.
+        Description for the list of commands.
     examples : sequence of str
-        Lines to type.
+        Examples to type.
     usual : str
-        Options in the short help, separated by blanks; all if empty.
+        Options in the short help, separated by blanks; empty for all.
     renamed : mapping of str to str
-        Arguments of the package that have another name as options.
+        Arguments of the package with another name as options.
     """
 
     about: str
@@ -163,7 +163,7 @@ COMMANDS: Final = {
         ),
     ),
 }
-"""Commands in the order in which a new user needs them."""
+"""Commands, in the order in which a new user needs them."""
 
 _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
@@ -175,21 +175,21 @@ _EPILOG: Final = (
 _VERSION: Final = Option("Print the version and end.", name="version", kind=bool, default=False)
 
 _ALWAYS_RENAMED: Final[Mapping[str, str]] = {"destination": "-o"}
-"""Arguments that have another name in every command."""
+"""Arguments with another name in every command."""
 
 
 def taker_of(name: str) -> Taker:
-    """Return the parser and function of a command, which is imported for it."""
+    """Return the parser and function of a command; its module is imported now."""
     return Taker(getattr(import_module(f"zerorate.cli.{name}"), name))
 
 
 def invoke(arguments: list[str]) -> int:
-    """Run a command and return its exit code; faults are raised."""
+    """Run a command and return its exit code; its errors are raised."""
     with use_line_width(columns()):
         name, *words = arguments
         if name not in COMMANDS:
             return _without_command(arguments)
-        # Each command imports only its own modules: importing all takes longer than many logs.
+        # Only the command's own modules are imported; all modules would take longer than many logs.
         taker, command = taker_of(name), COMMANDS[name]
         if help.is_wanted(words):
             everything = help.ALL in words
@@ -204,7 +204,7 @@ def invoke(arguments: list[str]) -> int:
 
 
 def _without_command(arguments: Sequence[str]) -> int:
-    """Print the version or the overview; a usage fault for anything else."""
+    """Print the version or the overview; raise a usage fault for anything else."""
     called = next((word for word in arguments if not word.startswith("-")), "")
     if called == arguments[0]:
         raise UsageFault(unknown("command", called, [*COMMANDS], _hint("")))
@@ -218,12 +218,12 @@ def _without_command(arguments: Sequence[str]) -> int:
 
 
 def columns() -> int:
-    """Return the width of the terminal; without one, the default width of tables."""
+    """Return the width of the terminal; without a terminal, the default width of tables."""
     return get_terminal_size((WIDTH, 24)).columns
 
 
 def _hint(name: str) -> Hint:
-    """Return the hint after an error: help and an example, of a command or of the program."""
+    """Return the hint after an error: help and an example, for a command or the program."""
     if name not in COMMANDS:
         return Hint("zerorate --help", COMMANDS["demo"].examples[0])
     return Hint(f"zerorate {name} --help", COMMANDS[name].examples[0])

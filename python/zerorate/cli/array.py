@@ -1,4 +1,4 @@
-"""The array of ``zerorate replay --array``: the options of all gyros of a log as one."""
+"""Options of ``zerorate replay --array``: all gyros of a log as one gyro."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from zerorate.cli.filter_options import TableOptions, flag, own_flag
 from zerorate.cli.parameters import option
 
 _PANEL: Final = "Several gyros of one body"
-"""The panel of help."""
+"""Panel of help for these options."""
 _FIND: Final = "find"
 _WEIGHTS: Final = ("auto", "mean", "white")
 _LIMITS: Final = ("limit", "rest_limit", "bias_limit")
-"""Options of the filter that also apply to an array, apart from its method."""
+"""Options of the filter that also apply to an array."""
 
 
 def _fusion_flag(name: str) -> str:
@@ -28,7 +28,7 @@ FusionOptions: TypeAlias = Annotated[
         {name: ARRAY_OPTIONS[name] for name in ("method", "scale_error")}, _PANEL, _fusion_flag
     ),
 ]
-"""Options of an array that the filter lacks."""
+"""Options that only an array has."""
 
 
 def _parse_weights(flag: str, text: str) -> str | list[float]:
@@ -75,7 +75,7 @@ class OfArray:
 
     @property
     def file(self) -> Path | None:
-        """The file of rotations."""
+        """File of rotations."""
         return None if self.rotations is None or self.finds else Path(self.rotations)
 
     def arguments(
@@ -95,7 +95,7 @@ class OfArray:
 
 
 def check_alone(options: Mapping[str, Any], **typed: bool) -> None:
-    """Raise a usage fault for options without meaning for an array."""
+    """Raise a usage fault for options that have no effect on an array."""
     others = [flag(name) for name in options if name not in ("method", *_LIMITS)]
     others += ["--method"] if options["method"] != "auto" else []
     others += [own_flag(name) for name, is_given in typed.items() if is_given]

@@ -1,4 +1,4 @@
-"""``zerorate attitude``: the orientation of a body, from a log of its sensors."""
+"""``zerorate attitude``: orientation of a body, from a log of its sensors."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -132,7 +132,7 @@ def attitude(
     """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
-    and the learned errors of the gyro; prints a table, with errors if there is a reference.
+    and the learned errors of the gyro. Prints a table, with errors if there is a reference.
     """
     place = written.place(f"{log.stem}-zerorate-attitude")
     files = partial(written.at, others=[*([".tum"] if tum else []), *([".html"] if view else [])])

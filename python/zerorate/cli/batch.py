@@ -1,4 +1,4 @@
-"""``zerorate batch``: many logs filtered, characterised or reported on, on cores or a cluster."""
+"""``zerorate batch``: filter, noise, report or checks of many logs, on cores or a cluster."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ from zerorate.tasks.batch import batch as run
 from zerorate.tasks.saving import LOG_FORMATS
 
 _WHERE: Final = "Where to compute"
-"""A panel of help."""
+"""Panel of help for the place of computation."""
 
 _READING: Final = ReadingOptions(
     without=("group_by",),
@@ -92,7 +92,7 @@ def batch(
 
 
 def _check_unused(command: str, options: Mapping[str, Any], **others: object) -> None:
-    """Raise a usage fault for filter options with another task, except the default method."""
+    """Raise a usage fault for filter options with another command, except the default method."""
     usual = FILTER_OPTIONS["method"].default
     used = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
     for option in [*used, *(flag(name) for name, value in others.items() if value is not None)]:

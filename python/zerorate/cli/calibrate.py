@@ -108,8 +108,8 @@ def calibrate(
 ) -> None:
     """Calibrate an IMU from a log of rests in a dozen poses and rotations by hand between them.
 
-    Prints every number with its standard error, and the verdict on the calibration (exit 1 if it is
-    not valid); writes JSON, a figure, and exports. With --apply, corrects a log instead; with
+    Prints every parameter with its standard error, and the verdict on the calibration (exit 1 if it
+    is not valid). Writes JSON, a figure, and exports. With --apply, corrects a log instead. With
     --magnetometer, calibrates a compass from any motion.
     """
     if compass.magnetometer:
@@ -160,7 +160,7 @@ def _correct(
     format: str | None,
     force: bool,
 ) -> None:
-    """Write a log, corrected by a calibration."""
+    """Write a log corrected by a calibration."""
     known = calibration_of(calibration)
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
     suffix = log_ending(place, format)
@@ -186,7 +186,7 @@ def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
 
 
 def _moved(calibration: Calibration, old: Calibration | None) -> str:
-    """Return the change of each parameter since an earlier calibration, if there is one."""
+    """Return the change of each parameter since an earlier calibration; empty without one."""
     if old is None:
         return ""
     change = compare_with_earlier(calibration, old)

@@ -1,4 +1,4 @@
-"""``zerorate compare``: many methods on the same logs."""
+"""``zerorate compare``: comparison of methods on the same logs."""
 
 import os
 import sys
@@ -61,7 +61,7 @@ class _Compared:
 
 @dataclass(frozen=True)
 class _Written:
-    """Options of the files."""
+    """Options of the written files."""
 
     panel: ClassVar = OUTPUT
 
@@ -89,7 +89,7 @@ class _Written:
         return None
 
     def outputs(self, kinds: Iterable[str]) -> Outputs | None:
-        """Return the files of the existing tables; None if nothing is written."""
+        """Return the files of the existing tables; None if no file is written."""
         place, own = self.place(), () if self.json is None else (self.json,)
         if place is None:
             return Outputs(own[0], (), self.force) if own else None
@@ -110,7 +110,7 @@ def compare(
     """Compare filters on logs by the errors of their angles, at rest and in motion."""
     if not logs and not compared.simulated:
         raise UsageFault("give at least one log, or --simulated")
-    # A user's own method may be in the working folder.
+    # The user's own method may be in the working folder.
     if os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
     possible = written.outputs(KINDS)

@@ -1,4 +1,4 @@
-"""``zerorate demo``: a simulated gyro through the filters."""
+"""``zerorate demo``: a simulated gyro in the filters."""
 
 from typing import Annotated
 

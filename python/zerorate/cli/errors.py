@@ -21,25 +21,25 @@ class Fault(Exception):
 
 
 class DataFault(Fault):
-    """The data or the disk is at fault."""
+    """Fault of the data or the disk."""
 
 
 class UsageFault(Fault):
-    """A fault of the command line."""
+    """Fault in the command line."""
 
     code = 2
 
 
 def sentence(error: BaseException) -> str:
-    """Return the sentence of an error, with the command's options for names of arguments."""
+    """Return the message of an error, with the command's options as names of arguments."""
     return render_text(sentence_of(error))
 
 
 @contextmanager
 def faults() -> Iterator[None]:
-    """Turn errors of a task into faults: of the data, or of the command line.
+    """Turn errors of a task into faults of the data or of the command line.
 
-    Contradictions in the recording, a possible cause, are printed first.
+    Contradictions in the recording are printed first, because they may be the cause.
     """
     try:
         yield
@@ -49,7 +49,7 @@ def faults() -> Iterator[None]:
     except FileExistsError as error:
         raise UsageFault(of_a_file(error)) from error
     except OSError as error:
-        # An OSError without a file name comes from stdout.
+        # An OSError without a file name is from stdout.
         if error.filename is None and error.errno is not None:
             raise
         raise DataFault(of_a_file(error)) from error
@@ -58,13 +58,13 @@ def faults() -> Iterator[None]:
 
 
 def _log_errors() -> "tuple[type[LogError], ...]":
-    """Return the class of errors of logs; empty before it was imported together with NumPy."""
+    """Return the class of errors of logs; empty if its module has not been imported."""
     module = sys.modules.get("zerorate.record.log")
     return () if module is None else (module.LogError,)
 
 
 def print_alarms(alarms: Sequence[str]) -> None:
-    """Print the contradictions in a recording, and an empty line; nothing if there are none."""
+    """Print the contradictions in a recording and an empty line, if there are any."""
     if alarms:
         print("\n".join(map(render_text, alarms)), end="\n\n")
 
@@ -85,13 +85,13 @@ def as_usage() -> Iterator[None]:
 
 
 def require(module: str, extra: str) -> None:
-    """Raise a usage fault if an optional dependency is not installed."""
+    """Raise a usage fault if an optional package is not installed."""
     if find_spec(module) is None:
         raise UsageFault(describe_missing_extra(module, extra))
 
 
 def of_a_file(error: OSError) -> str:
-    """Return the system's message on a file, without the number of the error."""
+    """Return the system's message on a file, without the error number."""
     if error.strerror is None:
         return sentence(error)
     return (

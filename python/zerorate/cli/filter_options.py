@@ -14,31 +14,31 @@ from zerorate.options import FILTER_OPTIONS, METHODS, REST_LIMITS, check_used, s
 from zerorate.options import Option as Row
 
 _NONE_WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
-"""Word for None on the command line, where a number is the default."""
+"""Words for None on the command line, for options with a number as default."""
 
 _TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
-"""Values that are typed differently than in Python, by kind of option."""
+"""Values that are typed differently from Python, by kind of option."""
 
 _SHOWN: Final = {
     "order": "2,1; robust: 1,0",
     **{name: f"{limit:g} deg/s, where the unit is known" for name, limit in REST_LIMITS.items()},
 }
-"""Defaults that depend on the method or the unit, as help shows them."""
+"""Defaults that depend on the method or the unit, as shown in help."""
 
 _SWITCH: Final = {"on": True, "off": False}
-"""Words for True and False in options that also take another word."""
+"""Words for True and False, for options that also accept other words."""
 
 _FLAGS: Final = {
-    # In commands that write files --output is the destination.
+    # In commands that write files, --output is the destination.
     "output": "--output-kind",
-    # In commands that read logs --scale multiplies their values.
+    # In commands that read logs, --scale multiplies their values.
     "scale": "--noise-scale",
 }
 """Options of the drift filter with another name than in Python."""
 
 
 def own_flag(name: str) -> str:
-    """Return the flag of an option that has the same name in Python."""
+    """Return the flag of an option with the same name as in Python."""
     return f"--{name.replace('_', '-')}"
 
 
@@ -52,24 +52,24 @@ def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> 
     with use_argument_names({name: flag(name) for name in FILTER_OPTIONS}), as_usage():
         check_used(options, methods)
         for method in methods:
-            # No such error depends on the rate.
+            # Errors do not depend on the rate.
             DriftFilter(1.0, **{**select_options(method, options), "method": method})
 
 
 @dataclass(frozen=True)
 class TableOptions:
-    """Options of a table, which a command receives as a mapping of the typed ones by name.
+    """Options of a table; a command receives a mapping of the typed options by name.
 
     Parameters
     ----------
     table : mapping of str to Option
-        The table.
+        Table of options.
     panel : str
-        Panel of help for the options that every method uses.
+        Panel of help for options that every method uses.
     flag_of : callable
-        Returns an option's flag on the command line.
+        Function that returns an option's flag on the command line.
     always : sequence of str
-        Options that are passed on even at their default.
+        Options that are always passed on, even at their default.
     """
 
     table: Mapping[str, Row]
@@ -92,7 +92,7 @@ class TableOptions:
 FilterOptions: TypeAlias = Annotated[
     Mapping[str, Any], TableOptions(FILTER_OPTIONS, flag_of=flag, always=("method",))
 ]
-"""Options of `zerorate.DriftFilter`: the method, and options that were typed."""
+"""Options of `zerorate.DriftFilter`: the method, and all typed options."""
 
 
 def _name(flag: str) -> str:
@@ -100,7 +100,7 @@ def _name(flag: str) -> str:
 
 
 def _option(row: Row, flag: str, panel: str) -> Option:
-    """Return a row of a table as an option."""
+    """Return an option of a table as a command option."""
     common = row.methods in (METHODS, ())
     option = Option(
         _help(row),
@@ -128,7 +128,7 @@ def _option(row: Row, flag: str, panel: str) -> Option:
 
 
 def _help(row: Row) -> str:
-    """Return an option's meaning and values; for a choice the values are listed anyway."""
+    """Return an option's meaning and values; choices are listed elsewhere."""
     meaning = f"{row.meaning[0].upper()}{row.meaning[1:]}."
     if row.kind in ("choice", "word or flag"):
         return meaning

@@ -1,4 +1,4 @@
-"""``zerorate formats``: formats that are read and written, and explanation of a file."""
+"""``zerorate formats``: supported formats, and explanation of a file."""
 
 from pathlib import Path
 from typing import Annotated, Final
@@ -14,7 +14,7 @@ from zerorate.io.packets import PACKETS
 from zerorate.show.formats_table import format_explanation, format_formats
 
 _OPTIONS: Final = {name: own_flag(name) for name in READING}
-"""Flags of the arguments that read the file."""
+"""Flags of the arguments for reading the file."""
 
 
 def formats(

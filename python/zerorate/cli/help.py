@@ -1,4 +1,4 @@
-"""Help on a command: examples and usual options, or with ``--help-all`` all options in groups.
+"""Help on a command: examples and usual options, or all options with ``--help-all``.
 
 Plain text from the commands' options, as wide as the terminal.
 """
@@ -15,12 +15,12 @@ HELP: Final = "--help"
 ALL: Final = "--help-all"
 
 _FIRST_COLUMN: Final = 24
-"""Width of the column with the options, in letters."""
+"""Width of the column of options, characters."""
 _GAP: Final = "  "
 
 
 def is_wanted(words: Sequence[str]) -> bool:
-    """Return True if a command's words request help."""
+    """Return True if the words of a command request help."""
     typed = words[: words.index("--")] if "--" in words else words
     return HELP in typed or ALL in typed
 
@@ -42,15 +42,15 @@ def of_command(
     Parameters
     ----------
     name : str
-        Its name.
+        Name of the command.
     taker : Taker
-        Its parser and function.
+        Parser and function of the command.
     examples : sequence of str
-        Lines to type; the first is for beginners.
+        Examples to type; the first is for beginners.
     usual : str
-        Options in the short help, separated by blanks; all if empty.
+        Options in the short help, separated by blanks; empty for all.
     everything : bool
-        List all options, with complete texts.
+        List all options with their complete texts.
     """
     taken = [*taker.options()]
     arguments = [one for one in taken if isinstance(one, Argument)]
@@ -85,7 +85,7 @@ def _block(title: str, options: Sequence[Option], everything: bool) -> str:
 
 
 def _row(first: str, text: str, column: int) -> Iterator[str]:
-    """Yield the lines of a row: a text too long for the first column has a line of its own."""
+    """Yield the lines of a row; a long first text gets a separate line."""
     indent = " " * (column + 2 * len(_GAP))
     room = min(width(), WIDTH) - len(indent)
     wrapped = textwrap.wrap(text, room, break_on_hyphens=False, break_long_words=False) or [""]

@@ -1,4 +1,4 @@
-"""``zerorate identify``: drift models of the gyros of one log."""
+"""``zerorate identify``: drift models of the gyros of a log."""
 
 from dataclasses import dataclass
 from functools import partial

@@ -38,7 +38,7 @@ OPTIONS: Final = (
     "doubtful",
     *READING,
 )
-"""Options of the command that act on a magnetometer."""
+"""Options of the command that apply to a magnetometer."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def calibrate_compass(
     force: bool,
     doubtful: bool,
 ) -> None:
-    """Calibrate the magnetometer of each record in a log, print and write the results."""
+    """Calibrate the magnetometer of each record of a log; print and write the results."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
     suffixes = ["json", *(() if no_figure else FIGURE_FORMATS)]
     place = Destination.of(output, f"{log.stem}-zerorate-magnetometer", suffixes)

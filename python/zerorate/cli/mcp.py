@@ -1,4 +1,4 @@
-"""``zerorate mcp``: tools for assistants, on the logs in a folder."""
+"""``zerorate mcp``: tools for assistants, for the logs in a folder."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""``zerorate navigate``: the track of a vehicle, from its inertial sensors and its receiver."""
+"""``zerorate navigate``: track of a vehicle, from inertial sensors and a receiver."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -76,7 +76,7 @@ _PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
 
 
 def _parse_mount(_: str, text: str) -> Mounting | None:
-    """Return the stated mounting; None for no mounting at all, not even the recording's."""
+    """Return the stated mounting; None for "none", which also ignores the recording's mounting."""
     return None if text == _NONE else mounting_of(text)
 
 
@@ -90,7 +90,7 @@ def _parse_offset(flag: str, text: str) -> float | str:
 
 
 def _number(text: str) -> float:
-    """Return a number, NaN for any other text."""
+    """Return the number in a text; NaN for other texts."""
     try:
         return float(text)
     except ValueError:
@@ -105,7 +105,7 @@ def _parse_file(flag: str, text: str) -> Path:
 
 @dataclass(frozen=True)
 class _Run:
-    """Options of the filter's run, named as arguments of `zerorate.navigate`."""
+    """Options of the filter, named as arguments of `zerorate.navigate`."""
 
     panel: ClassVar = _FILTER
 
@@ -254,7 +254,7 @@ class _Body:
     )
 
     def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.navigate`; a file of --mount may state antenna and clock."""
+        """Return the arguments of `zerorate.navigate`; --mount may add antenna and clock."""
         stated = self.mount or _BY_METADATA
         matrix, antenna, offset = stated.body_from_sensor, stated.antenna, stated.time_offset
         mount = _NONE if self.mount is None else _AUTO if matrix is None else matrix
@@ -300,8 +300,9 @@ def navigate(
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
     Writes position, velocity, attitude and biases with their standard deviations, the track for
-    maps as GeoJSON and GPX, and a figure. Prints the numbers of used and rejected fixes, and with
-    --outages the errors without fixes, compared with a held position and a held velocity.
+    maps as GeoJSON and GPX, and a figure. Prints the numbers of used and rejected fixes. With
+    --outages, also prints the errors without fixes, compared with a constant position and a
+    constant velocity.
     """
     place = of_sensor(written.place(f"{log.stem}-zerorate-navigate", *_MAPS), reading)
     others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]

@@ -1,4 +1,4 @@
-"""Options of several commands: the log, the sensors in it, the reference, the files written."""
+"""Options of several commands: log, sensors, reference, written files."""
 
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
@@ -9,7 +9,7 @@ from zerorate.cli.reading import PANEL
 from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS
 
 OUTPUT: Final = "Output"
-"""Panel of help with the written files."""
+"""Panel of help for the written files."""
 
 EXPORT_PANEL: Final = "Exports for other programs"
 

@@ -1,4 +1,4 @@
-"""Output of a command: progress, results, and files, either all complete or none."""
+"""Output of a command: progress, results, and files; all files are written, or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -35,7 +35,7 @@ T = TypeVar("T")
 def check_outputs(
     paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
 ) -> None:
-    """Raise a usage fault if a file cannot be written, or is also an input."""
+    """Raise a usage fault if a file cannot be written, or is also read."""
     with as_usage():
         check_paths(paths, force, log, *read)
 
@@ -48,7 +48,7 @@ def check_panels(panels: FigurePanels, no_figure: bool) -> FigurePanels:
 
 
 def figure_ending(place: Destination, format: str | None, no_figure: bool) -> list[str]:
-    """Return the ending of the figure's name, if any; a usage fault without matplotlib."""
+    """Return the ending of the figure's name, if any; usage fault without matplotlib."""
     if no_figure:
         return []
     require("matplotlib", "plot")
@@ -56,7 +56,7 @@ def figure_ending(place: Destination, format: str | None, no_figure: bool) -> li
 
 
 def log_ending(place: Destination, format: str | None) -> str:
-    """Return the format of a log, by its suffix; a usage fault without its writer."""
+    """Return the format of a log by its suffix; usage fault if it cannot be written."""
     suffix = place.choose("format", format, LOG_FORMATS)
     if suffix == "parquet":
         require("pyarrow", "io")
@@ -74,11 +74,11 @@ def run_and_save(
     Parameters
     ----------
     task : callable
-        Function of `progress` that returns the result; an interrupt abandons it.
+        Function of `progress` that returns the result. An interrupt abandons it.
     outputs : Outputs
-        The files.
+        Files to write.
     done : float
-        Fraction of the work that is done before saving.
+        Fraction of the work before saving.
     **choices
         Arguments of `zerorate.tasks.saving.files_of`.
 
@@ -87,7 +87,7 @@ def run_and_save(
     result : object
         Result of the task.
     paths : list of Path
-        Written files.
+        Paths of the written files.
     """
     with progress_bar() as progress:
         result = run_in_background(partial(task, progress=progress))
@@ -105,7 +105,7 @@ class Part:
 
     @property
     def name(self) -> str:
-        """Title of a part of a log, or name of the whole log."""
+        """Title of a part of a log, or name of a whole log."""
         return self.record.title or str(self.log)
 
     def title(self, several: bool) -> str:
@@ -135,18 +135,18 @@ def parts_of(
     files: Callable[[Destination], Outputs],
     *read: Path | None,
 ) -> list[Part]:
-    """Return the records of logs with their output files, after a check that these can be written.
+    """Return the records of logs with their output files, after a check of these files.
 
     Parameters
     ----------
     places : sequence of (Path, Destination)
-        Logs, each with the destination of its files.
+        Logs with the destinations of their files.
     reading : Reading
         Selection of the data to read.
     files : callable
-        Function that returns the files of a record for a destination.
+        Function of a record and a destination that returns its files.
     *read : Path, optional
-        Further input files, which must not be replaced.
+        Further files that are read; they must not be replaced.
     """
     parts: list[Part] = []
     for log, place in places:
@@ -160,7 +160,7 @@ def parts_of(
 
 
 def of_sensor(place: Destination, reading: Reading) -> Destination:
-    """Return the destination of a chosen sensor's files, named after it within a folder."""
+    """Return the destination for the chosen sensor; its name is added to files in a folder."""
     sensor = reading.arguments.get("sensor")
     return place if place.named_suffix else place.of_part(sensor_ending(sensor))
 
@@ -168,9 +168,9 @@ def of_sensor(place: Destination, reading: Reading) -> Destination:
 def places_of_logs(
     logs: Sequence[Path], output: str, ending: str, suffixes: Sequence[str]
 ) -> list[tuple[Path, Destination]]:
-    """Return each log with the destination of its files; two equal file names are a usage error.
+    """Return each log with the destination of its files; usage fault for equal file names.
 
-    `ending` and `suffixes` (without dots) end the names of files in a folder.
+    `ending` and `suffixes` (without dots) are the ends of file names in a folder.
     """
     names = unique_stems([str(log) for log in logs])
     places = [Destination.of(output, name + ending, suffixes) for name in names]
@@ -180,14 +180,14 @@ def places_of_logs(
 
 
 def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # noqa: ANN401
-    """Draw the results of several logs over each other."""
+    """Draw the results of several logs in one figure."""
     for path in paths:
         try:
             with atomic_paths([path], force) as (temporary,):
                 figure_writer(results.plot)(temporary)
         except (ImportError, OSError):
             raise
-        except Exception as error:  # a missing figure must not cost the data
+        except Exception as error:  # the data are kept if the figure fails
             report_figure_faults([FigureError(path, error)])
 
 
@@ -201,7 +201,7 @@ def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:
 
 
 def print_written(paths: Sequence[Path]) -> None:
-    """Print the files that were written, after an empty line."""
+    """Print the written files after an empty line."""
     print()
     for path in paths:
         if not is_undrawn(path):
@@ -215,7 +215,7 @@ def _has_terminal() -> bool:
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Yield a function of the step's name and the fraction of it that is done."""
+    """Yield a function of the step's name and the fraction done."""
     if not _has_terminal():
         yield report_nothing
         return
@@ -262,7 +262,7 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
 
 
 def preload_figure(module: str, svg: bool = False) -> None:
-    """Begin to import a module of `zerorate.show` for a figure, while a log is read.
+    """Start to import a module of `zerorate.show` for a figure while a log is read.
 
     An error is raised by the later import.
     """
@@ -300,16 +300,16 @@ class LogAndFigure:
         return Destination.of(self.output, usual, self.suffixes(*further))
 
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
-        """Return the files, after a check of their requirements.
+        """Return the files after a check of their requirements.
 
-        Files other than the log and its figure are given by the ends of their names.
+        `others` are the ends of further files' names.
         """
         log = log_ending(place, self.format)
         figures = figure_ending(place, self.figure_format, self.no_figure)
         return place.files(f".{log}", others, figures, self.force)
 
     def preload(self, module: str) -> None:
-        """Begin to import the module of the figure, if there is one."""
+        """Start to import the module of the figure, if one is drawn."""
         if not self.no_figure:
             preload_figure(module)
 

@@ -1,7 +1,7 @@
-"""Options and arguments of a command, each declared once.
+"""Options and arguments of commands.
 
-A command is a function whose annotations declare its options: an `Option` or an `Argument` is a
-single one, a dataclass or another `Group` several of them.
+A command is a function with annotations that declare its options. An `Option` or an `Argument`
+declares one option; a dataclass or another `Group` declares several.
 """
 
 import inspect
@@ -29,37 +29,37 @@ from zerorate.cli.errors import UsageFault
 REQUIRED: Final = inspect.Parameter.empty
 _MIN_SIMILARITY: Final = 0.8
 _MAX_SHOWN_CHOICES: Final = 30
-"""Largest width of an option's choices shown next to its name, in letters."""
+"""Largest width of choices shown next to an option's name, characters."""
 _OFF: Final = "--no-"
-"""Prefix of a flag that turns off a default."""
+"""Prefix of flags that turn off a default."""
 _NUMBERS: Final = {float: "a number", int: "a whole number"}
 _OPTION: Final = "option"
-"""The metadata of a field that is an option."""
+"""Key of a field's metadata for its option."""
 _METAVARS: Final = {float: "NUMBER", int: "N", Path: "FILE"}
 
 T = TypeVar("T")
 Typed = Mapping[str, Any]
-"""Typed values by the parameters' names."""
+"""Typed values by parameter name."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option, with its help.
+    """Option with its help.
 
     Parameters
     ----------
     help : str
         What to type and what it does.
     flags : str
-        Flags, separated by blanks; by default two hyphens and the name.
+        Flags, separated by blanks. Default: two hyphens and the name.
     metavar : str
-        Placeholder of the value in help; by default its choices, or a word for its type.
+        Placeholder of the value in help. Default: its choices, or a word for its type.
     panel : str
-        The panel of help.
+        Panel of help.
     shown : str, optional
-        The default as shown in help; "" to hide it.
+        Default as shown in help; "" to hide it.
     choices : sequence of str
-        The values that are allowed; all if empty.
+        Allowed values; empty for all.
     parse : callable, optional
         Function of the flag and the typed text that returns the value.
     convert : callable, optional
@@ -92,7 +92,7 @@ class Option:
         kind = get_args(kind)[0] if many else kind
         choices = self.choices
         if get_origin(kind) is Literal:
-            # `parse` may accept more than the listed words.
+            # `parse` may accept other words than the listed ones.
             kind, choices = str, choices or (() if self.parse else get_args(kind))
         return replace(
             self,
@@ -106,34 +106,34 @@ class Option:
 
     @property
     def is_flag(self) -> bool:
-        """True if it takes no value."""
+        """True if the option has no value."""
         return self.kind is bool
 
     @property
     def on(self) -> list[str]:
-        """Flags that turn the option on."""
+        """Flags that turn on the option."""
         flags = self.flags.split() or [f"--{self.name.rstrip('_').replace('_', '-')}"]
         return [one for one in flags if self.default is not True or not one.startswith(_OFF)]
 
     @property
     def off(self) -> list[str]:
-        """Flags that turn a default off."""
+        """Flags that turn off a default."""
         if self.default is not True:
             return []
         return [f"{_OFF}{one[2:]}" for one in self.on] or self.flags.split()
 
     @property
     def all_flags(self) -> list[str]:
-        """All flags, with those that turn it off last."""
+        """All flags; those that turn it off are last."""
         return [*self.on, *self.off]
 
     @property
     def flag(self) -> str:
-        """Flag used in messages: the first long one."""
+        """Flag for messages: the first long flag."""
         return next((one for one in self.all_flags if one.startswith("--")), self.all_flags[0])
 
     def value(self, text: str) -> Any:  # noqa: ANN401
-        """Return the value of a text; a usage fault for an invalid text."""
+        """Return the value of a typed text; usage fault if it is not valid."""
         if self.choices and text not in self.choices:
             *most, last = self.choices
             listed = f"{', '.join(most)} or {last}" if most else last
@@ -154,13 +154,13 @@ class Option:
 
     @property
     def typed(self) -> str:
-        """The option as it is typed, with its value."""
+        """Option as typed, with its value."""
         names = ", ".join(sorted(self.off or self.on, key=len))
         return names if self.is_flag else f"{names} {self._takes}"
 
     @property
     def meaning(self) -> str:
-        """Text of help: meaning, choices and default."""
+        """Text for help: meaning, choices and default."""
         listed = f" One of {', '.join(self.choices)}." if self._has_many_choices else ""
         default = f" Default: {self._default}." if self._default else ""
         return f"{self.help}{listed}{default}"
@@ -194,43 +194,43 @@ class Argument(Option):
 
     @property
     def on(self) -> list[str]:
-        """None."""
+        """No flags."""
         return []
 
     @property
     def typed(self) -> str:
-        """Its name, in brackets if it is optional."""
+        """Name of the argument, in brackets if optional."""
         name = self.name.upper() + ("..." if self.many else "")
         return name if self.default is REQUIRED else f"[{name}]"
 
 
 def option(default: T, help: str, flags: str = "", **about: Any) -> T:  # noqa: ANN401
-    """Return the field of a dataclass that is an `Option`."""
+    """Return a dataclass field with an `Option`."""
     return field(default=default, metadata={_OPTION: Option(help, flags, **about)})
 
 
 class Group(Protocol):
-    """Several options that a command takes as one object."""
+    """Several options that a command receives as one object."""
 
     def options(self) -> Iterator[Option]:
         """Yield the options."""
 
     def value(self, typed: Typed) -> Any:  # noqa: ANN401
-        """Return the object; `typed` has the typed values, without defaults."""
+        """Return the object; `typed` contains the typed values without defaults."""
 
 
 @dataclass(frozen=True)
 class Taker:
-    """A command, or a dataclass, that takes options as keywords.
+    """Command or dataclass with options as keywords.
 
-    Options without a panel of help are in the class's `panel`.
+    Options without a panel of help use the class's `panel`.
     """
 
     takes: Callable[..., Any]
 
     @cached_property
     def members(self) -> dict[str, "Option | Group"]:
-        """Options and groups by their keywords."""
+        """Options and groups by keyword."""
         parameters = inspect.signature(self.takes).parameters
         hints = get_type_hints(self.takes, include_extras=True)
         return {name: self._member(one, hints[name]) for name, one in parameters.items()}
@@ -264,13 +264,13 @@ class Taker:
 
 
 def _without_none(hint: Any) -> Any:  # noqa: ANN401
-    """Return the type of a parameter, apart from None."""
+    """Return the type of a parameter without None."""
     kinds = [one for one in get_args(hint) if one is not NoneType]
     return kinds[0] if get_origin(hint) in (Union, UnionType) else hint
 
 
 class AsTyped:
-    """The typed values themselves, for a command that rejects some of them."""
+    """All typed values, for a command that rejects some of them."""
 
     def options(self) -> Iterator[Option]:
         """Yield nothing."""
@@ -283,14 +283,14 @@ class AsTyped:
 
 @dataclass(frozen=True)
 class Hint:
-    """Hint after a mistyped command: how to get help, and an example."""
+    """Hint after an error: how to get help, and an example."""
 
     help: str
     example: str
 
 
 def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[str, Any]:
-    """Return the typed values, by name; a usage fault if one is wrong."""
+    """Return the typed values by name; usage fault for a wrong one."""
     texts, rest = _texts(options, words, hint)
     for one in options:
         if isinstance(one, Argument) and rest:
@@ -314,7 +314,7 @@ def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[s
 def _texts(
     options: Sequence[Option], words: Sequence[str], hint: Hint
 ) -> tuple[dict[str, list[Any]], list[str]]:
-    """Return the texts after each flag, in order, and the other words."""
+    """Return the texts after each flag, in order, and all other words."""
     flags = {flag: one for one in options for flag in one.all_flags}
     texts: dict[str, list[Any]] = {}
     rest: list[str] = []
@@ -340,7 +340,7 @@ def _texts(
 
 
 def unknown(what: str, got: str, known: Sequence[str], hint: Hint) -> str:
-    """Return a sentence on an unknown word, with a similar known one."""
+    """Return a sentence on an unknown word, with a similar known word."""
     shown = got if what == "option" else f"'{got}'"
     meant = get_close_matches(got, known, n=1, cutoff=_MIN_SIMILARITY)
     return f"there is no {what} {shown}; " + (

@@ -1,4 +1,4 @@
-"""The process of a command: safe standard streams, and memory."""
+"""Process of a command: standard streams and memory."""
 
 import codecs
 import ctypes
@@ -12,7 +12,7 @@ from typing import Final, TextIO
 from zerorate.texts import escape_line, make_printable
 
 BROKEN_PIPE: Final = 128 + 13
-"""Exit code, as in a shell, of a program ended by SIGPIPE."""
+"""Exit code of a program ended by SIGPIPE, as in a shell."""
 
 _SUBSTITUTES: Final = "zerorate.substitutes"
 _ROOT: Final = re.compile(r"√(\w*)", re.ASCII)
@@ -43,26 +43,27 @@ _M_TRIM_THRESHOLD: Final = -1
 _M_MMAP_THRESHOLD: Final = -3
 _MAX_KEPT_BYTES: Final = 1 << 27
 _MAX_HEAP_BLOCK_BYTES: Final = 1 << 25
-"""Largest block that glibc allocates from the heap."""
+"""Largest block that glibc takes from the heap, bytes."""
 
 
 def prepare() -> None:
     """Make the standard streams safe to write to, and figures safe to draw.
 
-    The next opened file would get a closed descriptor, and printed text would go to that file.
+    Otherwise the next opened file would get a closed standard descriptor, and printed text would go
+    into this file.
     """
-    # Figures are drawn to files only; a notebook's backend may not be installed here.
+    # Figures are drawn into files only; the backend of a notebook may not be installed.
     os.environ.pop("MPLBACKEND", None)
     home = os.path.expanduser("~")
     if not os.path.isdir(home) or not os.access(home, os.W_OK):
-        # Matplotlib's message on another folder for its fonts is irrelevant.
+        # Hide matplotlib's message on another folder for fonts.
         import logging
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    # The figure shows a box for such a letter anyway.
+    # The figure shows a box for a missing letter.
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
     _reserve(0, os.O_RDONLY)
-    # Not writable, so that printing fails visibly.
+    # Read-only, so that printing raises an error.
     _reserve(1, os.O_RDONLY)
     _reserve(2, os.O_WRONLY)
     if sys.stdout is None:
@@ -76,7 +77,7 @@ def prepare() -> None:
 
 def notify(sentence: str) -> None:
     """Print a line on stderr, or nowhere if stderr is closed."""
-    # Without stderr, print would use stdout.
+    # With a closed stderr, print would use stdout.
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
             line = escape_line(" ".join(sentence.split()))
@@ -84,10 +85,10 @@ def notify(sentence: str) -> None:
 
 
 def keep_freed() -> None:
-    """Keep freed memory for the next blocks of a record, with glibc.
+    """Keep freed memory for the next blocks of a record, if the C library is glibc.
 
-    By default glibc returns blocks of a megabyte to the kernel, which clears them again: a quarter
-    of the processor time of a day's replay. At most 128 MB are kept.
+    By default glibc returns blocks of a megabyte to the kernel, which must clear them again. This
+    takes a quarter of the processor time of a one-day replay. At most 128 MB are kept.
     """
     try:
         mallopt = ctypes.CDLL(None).mallopt
@@ -98,7 +99,7 @@ def keep_freed() -> None:
 
 
 def drop_stdout() -> None:
-    """Discard unread output, of which the interpreter would complain at exit."""
+    """Discard unread output; otherwise the interpreter prints a message at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
@@ -108,7 +109,7 @@ def _reserve(descriptor: int, mode: int) -> None:
     try:
         os.fstat(descriptor)
     except OSError:
-        # open() returns this descriptor, since all lower ones are in use.
+        # open() returns this descriptor because all lower ones are in use.
         os.open(os.devnull, mode)
 
 
@@ -119,7 +120,7 @@ def _let_substitute(stream: TextIO) -> None:
 
 
 def _substituted(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Return the substitute of a character that an encoding lacks, and where to go on."""
+    """Return the substitute for a character that the encoding lacks, and the next position."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     root = _ROOT.match(error.object, error.start)

@@ -1,4 +1,4 @@
-"""Options that select data of a log: columns, units, clock, parts."""
+"""Options for reading a log: columns, units, clock, parts."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +15,7 @@ from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 
 PANEL: Final = "Reading the log"
-"""The panel of help."""
+"""Panel of help for these options."""
 
 
 def _parse_columns(flag: str, text: str) -> tuple[str | int, ...]:
@@ -27,7 +27,7 @@ def _parse_first(flag: str, text: str) -> str | int:
 
 
 def _parse_time(flag: str, text: str) -> str | int:
-    """Return the column of the timestamps, False for none."""
+    """Return the column of the timestamps; False for none."""
     column = _parse_first(flag, text)
     return False if column == "none" else column
 
@@ -128,10 +128,10 @@ _OPTIONS: Final = (
 )
 
 READING: Final = tuple(one.name for one in _OPTIONS)
-"""Names of the options of reading a log."""
+"""Names of the options for reading a log."""
 
 _COLUMNS_OF: Final = {"accel_columns": "accel", "mag_columns": "mag"}
-"""Options for columns of sensors other than the gyro, and their kinds."""
+"""Options for columns of other sensors than the gyro, with the kinds."""
 
 OF_IMU: Final = {
     "unit": "Units of gyro and accelerometer, e.g. deg/s,g. Gyro: rad/s, deg/s or deg/h; "
@@ -141,19 +141,19 @@ OF_IMU: Final = {
     "data sheet.",
     "range": "Ranges set on the --device, deg/s and g, e.g. 250,2.",
 }
-"""Extended help of options in commands that read gyro and accelerometer."""
+"""Help texts for commands that read gyro and accelerometer."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Selection of the data to read from a log.
+    """Data to read from a log.
 
     Attributes
     ----------
     arguments : mapping
         Arguments of `zerorate.read_log` and of the other readers.
     group_by : str or int or None
-        Column that distinguishes several logs in a file.
+        Column that distinguishes several logs in a file; None without one.
     """
 
     arguments: Mapping[str, Any]
@@ -162,16 +162,16 @@ class Reading:
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """The options of reading a log, which a command takes as a `Reading`.
+    """Options for reading a log; a command receives them as a `Reading`.
 
     Parameters
     ----------
     imu : bool
-        True if the command reads all sensors of a recording, whose columns may be named.
+        True if the command reads all sensors of a recording, with columns for each.
     without : sequence of str
-        Options without a meaning for the command.
+        Options without effect for the command.
     help : mapping of str to str
-        Help texts that replace the common ones.
+        Help texts in place of the common ones.
     """
 
     imu: bool = False
@@ -187,7 +187,7 @@ class ReadingOptions:
                 yield replace(one, help=text, default=None, panel=PANEL)
 
     def value(self, typed: Typed) -> Reading:
-        """Return the selection of the data to read."""
+        """Return the data to read."""
         known = {one.name: typed.get(one.name) for one in self.options()}
         others = {sensor: known.pop(name, None) for name, sensor in _COLUMNS_OF.items()}
         if any(others.values()):
@@ -213,16 +213,16 @@ def _scale(factors: list[float] | None, device: str | None, ranges: list[float] 
 
 @dataclass(frozen=True)
 class Record:
-    """Data read as one log.
+    """Data that are read as one log.
 
     Attributes
     ----------
     source : LogSource
-        The file, or a part of it.
+        File, or a part of it.
     title : str
-        Title of its results; empty for a whole file.
+        Title of the results; empty for a whole file.
     ending : str
-        End of its files' names; empty for a whole file.
+        Ending of file names; empty for a whole file.
     """
 
     source: LogSource
@@ -231,14 +231,14 @@ class Record:
 
 
 def records(log: Path, group_by: str | int | None) -> Sequence[Record]:
-    """Return the records in a file: itself, or one for each value in a column."""
+    """Return the records in a file: the file itself, or one for each value of a column."""
     if group_by is None:
         return [Record(log)]
     parts = split_log(log, group_by)
     endings: dict[str, None] = {}
     for name in parts:
         ending = "-" + re.sub(r"[^\w.-]+", "_", name)[:40]
-        # Names may differ only in characters that file names cannot have.
+        # Different values can give equal file names.
         endings[f"{ending}-{len(endings)}" if ending in endings else ending] = None
     return [
         Record(part, part.label, ending)

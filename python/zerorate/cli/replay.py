@@ -1,4 +1,4 @@
-"""``zerorate replay``: one log through the filters."""
+"""``zerorate replay``: a log in the filters."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ from zerorate.tasks.saving import files_of, make_folders
 
 _ALL: Final = "all"
 _OVERLAY: Final = "replay-zerorate-overlay"
-"""Name of the figure of several logs."""
+"""File name of the figure of several logs."""
 
 
 def _parse_methods(flag: str, text: str) -> Sequence[str]:
@@ -46,7 +46,7 @@ def _parse_methods(flag: str, text: str) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class _Sensors:
-    """Options of preprocessing and of the accelerometer."""
+    """Options for preprocessing and the accelerometer."""
 
     panel: ClassVar = PANEL
 
@@ -97,8 +97,8 @@ def replay(
 ) -> None:
     """Remove the bias from every axis of a log.
 
-    Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
-    has raw minus bias under the names of the raw columns, and extra columns with the bias, its
+    Prints the bias with its standard deviation, and writes the filtered log and a figure. The log
+    contains raw minus bias under the raw columns' names. Extra columns contain the bias, its
     standard deviation, and flags for rest and for a stuck or saturated sensor. The default method,
     auto, needs no settings.
     """
@@ -147,7 +147,7 @@ def replay(
 
 
 def _run(part: Part, arguments: Mapping[str, Any], panels: str) -> Summary:
-    """Filter a record and write its files, block by block if there is no figure."""
+    """Filter a record and write its files; without a figure, block by block."""
     files, source = part.files, part.record.source
     with progress_bar() as progress:
         if not files.figures:
@@ -171,7 +171,7 @@ def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
 
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:
-    """Print the options that the method itself does not use, if any."""
+    """Print the options that the method does not use, if any."""
     used = select_options(method, options)
     others = [flag(name) for name in options if name not in used and name != "method"]
     if others:

@@ -43,8 +43,8 @@ def report(
 ) -> None:
     """Report on the IMU of a log: clock, samples, noise, vibration, axes, attitude.
 
-    Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph. For
-    two logs it lists new, gone, worse, better and different findings, side by side.
+    Writes a page (HTML) that needs no network, and all findings as JSON. Prints a paragraph. For
+    two logs, lists new, gone, worse, better and different findings side by side.
     """
     if after is not None and (gnss is not None or reading.group_by is not None):
         given = "--gnss" if gnss is not None else "--group-by"

@@ -130,8 +130,8 @@ def simulate(
 ) -> None:
     """Write a simulated log of a motion, of a gyro at rest, or of an IMU to calibrate.
 
-    Further files: the fixes of a drive's receiver, NAME-fixes.csv; the true bias of a gyro at rest,
-    NAME-truth; with --poses the true parameters, NAME-truth.json.
+    Also writes the fixes of a drive's receiver (NAME-fixes.csv), the true bias of a gyro at rest
+    (NAME-truth), or with --poses the true parameters (NAME-truth.json).
     """
     if list_:
         print(format_devices())
@@ -193,7 +193,7 @@ def _check_unused(why: str, **options: object) -> None:
 
 
 def _checked_paths(output: Path, force: bool, known: tuple[str, ...], *further: str) -> list[Path]:
-    """Return the log and further files by the ends of their names, checked to be writable."""
+    """Return the paths of the log and of further files (by ending), checked to be writable."""
     if output.suffix.lower() not in known:
         raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(known)}")
     if output.suffix.lower() == ".parquet":

@@ -1,4 +1,4 @@
-"""Sources of the samples of ``zerorate stream``: stdin, a file, datagrams, a live device."""
+"""Sources of samples for ``zerorate stream``: stdin, files, datagrams, live devices."""
 
 import os
 import socket
@@ -25,7 +25,7 @@ from zerorate.tasks.live.sources import (
 )
 
 _HEAD_BYTES: Final = 4096
-"""Largest length of a first line that may state rate and unit, bytes."""
+"""Largest length of a first line with rate and unit, bytes."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Origin:
     )
 
     def packets(self) -> PacketProtocol | None:
-        """Return the protocol of the packets, None for lines."""
+        """Return the protocol of the packets; None for lines."""
         if self.form is None:
             return None
         if self.form not in PACKETS:
@@ -66,7 +66,7 @@ class Origin:
         return PACKETS[self.form]
 
     def check(self, source: Path | None, fields: int | None) -> None:
-        """Raise a usage fault for two sources, or for options that the protocol determines."""
+        """Raise a usage fault for two sources, or for options that contradict the protocol."""
         if sum(one is not None for one in (source, self.udp, self.address)) > 1:
             raise UsageFault("give only one of SOURCE, --from and --udp")
         if self.allow is not None and not self._listens:
@@ -85,14 +85,14 @@ class Origin:
             raise UsageFault(f"--allow: {error}") from None
 
     def numbers(self) -> dict[str, Any]:
-        """Return the arguments of the settings for a protocol's sequence number."""
+        """Return the settings of the protocol's sequence number."""
         form = self.packets()
         if form is None or form.counter is None:
             return {}
         return {"sequence": form.counter, "sequence_bits": form.counter_bits}
 
     def has_lines(self) -> bool:
-        """Return True if samples come as lines of a file, a pipe or stdin."""
+        """Return True if samples are lines of a file, a pipe or stdin."""
         return self.udp is None and self.address is None and self.form is None
 
     def first_line(self, source: Path | None) -> str:
@@ -112,7 +112,7 @@ class Origin:
     def opened(
         self, source: Path | None, interrupts: Interrupts, hidden: bool
     ) -> Iterator[Iterator[Line]]:
-        """Yield the lines or packets of the source; `hidden` prints no answers."""
+        """Yield the lines or packets of the source; with `hidden`, answers are not printed."""
         form = self.packets()
         if self.udp is not None:
             with self._port(self.udp) as port:
@@ -150,7 +150,7 @@ class Origin:
             try:
                 with ExitStack() as opened:
                     source_ = live_source(self.address, form, self._access(), ending)
-                    # A server that does not answer yet is awaited.
+                    # Wait for a server that does not answer yet.
                     yield interrupts.wait(lambda: opened.enter_context(source_))
             except AddressError as error:
                 raise UsageFault(f"--from {error}") from None
@@ -182,7 +182,7 @@ def _answers(hidden: bool) -> Iterator[BinaryIO]:
 
 
 def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
-    # A closed descriptor is None.
+    # A closed stream is None.
     if stream is None:
         raise DataFault(f"{name} is closed")
     return stream.buffer

@@ -1,4 +1,4 @@
-"""``zerorate stream``: an answer to each line of samples, at once."""
+"""``zerorate stream``: immediate answers to lines of samples."""
 
 import math
 import signal
@@ -41,11 +41,11 @@ from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
 
 _SIGNAL_CODE: Final = 128
-"""Exit code of a program ended by a signal, minus the signal's number."""
+"""Offset of the exit code for a signal; the signal's number is added."""
 _OF_BOTH: Final = ("bias_limit", "limit")
 """Options of the drift filter that also apply with --attitude."""
 _OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
-"""Options that need --attitude."""
+"""Options that require --attitude."""
 
 _READING: Final = ReadingOptions(
     without=("topic", "group_by", "start", "stop", "sensor", "torn"),
@@ -66,7 +66,7 @@ _READING: Final = ReadingOptions(
 
 @dataclass(frozen=True)
 class _Numbers:
-    """Options of the numbers in a line."""
+    """Options on the numbers in a line."""
 
     sequence: str | int | None = option(
         None,
@@ -94,7 +94,7 @@ class _Numbers:
 
 @dataclass(frozen=True)
 class _Accelerometer:
-    """Options of the accelerometer that detects motion."""
+    """Options on the accelerometer that detects motion."""
 
     panel: ClassVar = PANEL
 
@@ -108,7 +108,7 @@ class _Accelerometer:
     no_accel: NoAccel = False
 
     def columns(self) -> tuple[str | int, ...] | None:
-        """Return the columns, none if the accelerometer is ignored."""
+        """Return the columns; empty if the accelerometer is ignored."""
         if not self.no_accel:
             return None if self.accel_columns is None else tuple(self.accel_columns)
         if self.accel_columns is not None:
@@ -118,7 +118,7 @@ class _Accelerometer:
 
 @dataclass(frozen=True)
 class _Attitude:
-    """Options of attitudes."""
+    """Options for attitudes."""
 
     panel: ClassVar = "Attitude"
 
@@ -147,7 +147,7 @@ class _Attitude:
 
 @dataclass(frozen=True)
 class _Saves:
-    """Options of the saved state."""
+    """Options for saving the state."""
 
     checkpoint: Path | None = option(
         None, "Save the state to this file; the next start continues from it.", metavar="FILE"
@@ -164,7 +164,7 @@ class _Saves:
         return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
-        """Return the object that saves the state, None without --checkpoint."""
+        """Return the saver of the state; None without --checkpoint."""
         if self.checkpoint is None:
             return None
         count = self.every * rate
@@ -176,7 +176,7 @@ class _Saves:
         return Saver(self.checkpoint, max(1, round(count)), notify)
 
     def resumed(self, settings: Settings | AttitudeSettings, cells: int | None) -> LineStream:
-        """Return the checkpoint's stream, or a new one if there is no usable checkpoint."""
+        """Return the stream of the checkpoint; without a usable one, a new stream."""
         new = LineStream(settings, cells)
         if self.checkpoint is None:
             return new
@@ -219,10 +219,10 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    If a header line names the columns, gyro columns are filtered and others pass through; an
+    If a header line names the columns, gyro columns are filtered and others pass through. An
     accelerometer detects motion, as in a replay. A garbled line is reported on stderr, answered
-    with nan and treated as missing. With --attitude the answer is the quaternion w, x, y, z from
-    sensor to earth.
+    with nan, and treated as a missing sample. With --attitude, the answer is the quaternion w, x,
+    y, z from sensor to earth.
     """
     if saves.position:
         print(saves.printed_position())
@@ -259,7 +259,7 @@ def stream(
 
 
 def _with_stated(reading: Reading, source: Path | None, origin: Origin) -> Reading:
-    """Return the reading options, with rate and unit of a first line that states them."""
+    """Return the options for reading, with rate and unit from the first line."""
     if reading.arguments["rate"] is not None or not origin.has_lines():
         return reading
     stated = stated_in_header(origin.first_line(source))
@@ -275,7 +275,7 @@ def _load_calibration(path: Path | None) -> Calibration | None:
 
 
 def _timing(reading: Reading) -> dict[str, Any]:
-    """Return the column of the timestamps and its unit, for the settings."""
+    """Return the settings of the time column and its unit."""
     time, unit = reading.arguments["time"], reading.arguments["time_unit"]
     if unit is not None and (time is None or time is False):
         raise UsageFault("--time-unit needs --time, the column of the timestamps")
@@ -297,7 +297,7 @@ def _settings(
 
 
 def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:
-    """Raise a usage fault for options that need --attitude, or that no method uses."""
+    """Raise a usage fault for options that require --attitude, or that no method uses."""
     for name in typed:
         if name in _OF_ATTITUDE:
             raise UsageFault(f"{own_flag(name)} needs --attitude")
@@ -335,7 +335,7 @@ def _read(
 
 
 def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> None:
-    """Serve the lines of the source; a signal ends it with a shell's exit code."""
+    """Answer the lines of the source; after a signal, exit with a shell's code."""
     interrupts = Interrupts()
     try:
         with (

@@ -1,6 +1,6 @@
-"""Values of options that take more than one word or number.
+"""Values of options with more than one word or number.
 
-Each function takes the option's flag and the typed text; an invalid text is a usage fault.
+Each function takes the option's flag and the typed text. A text that is not valid is a usage fault.
 """
 
 import re
@@ -43,7 +43,7 @@ def parse_choices(flag: str, text: str, choices: Sequence[str]) -> list[str]:
 
 
 def parse_numbers(flag: str, text: str, count: int, expected: str) -> list[float]:
-    """Return a given number of finite numbers of a comma-separated list."""
+    """Return `count` finite numbers from a comma-separated list."""
     try:
         numbers = [float(word) for word in parse_words(flag, text, expected)]
     except ValueError:
@@ -54,7 +54,7 @@ def parse_numbers(flag: str, text: str, count: int, expected: str) -> list[float
 
 
 def parse_fractions(flag: str, text: str, example: str) -> list[float]:
-    """Return one or two numbers, each possibly a fraction such as ``1/131``."""
+    """Return one or two numbers; each may be a fraction such as ``1/131``."""
     try:
         numbers = [_parse_fraction(word) for word in text.split(",")]
     except (ValueError, ZeroDivisionError):
@@ -75,7 +75,7 @@ def parse_place(flag: str, text: str) -> list[float]:
 
 
 def parse_place_of_field(flag: str, text: str) -> tuple[float, ...]:
-    """Return a latitude and a longitude, deg, for the model of the earth's field."""
+    """Return a latitude and longitude, deg, for the model of the earth's field."""
     place = parse_place(flag, text)
     if abs(place[0]) > 90.0 or abs(place[1]) > 360.0:
         raise UsageFault(f"{flag} takes deg, latitude within 90 first, got '{text}'")
@@ -84,7 +84,7 @@ def parse_place_of_field(flag: str, text: str) -> tuple[float, ...]:
 
 
 def parse_order(flag: str, text: str) -> tuple[int, int]:
-    """Return the orders of ``2,1``."""
+    """Return the two orders in a text such as ``2,1``."""
     p, _, q = (word.strip() for word in text.partition(","))
     if not (p + q).isdecimal() or not (p and q):
         raise UsageFault(f"{flag} takes two numbers p,q such as 2,1, got '{text}'")
@@ -92,7 +92,7 @@ def parse_order(flag: str, text: str) -> tuple[int, int]:
 
 
 def parse_number_or_word(flag: str, text: str, word: str) -> float | None:
-    """Return the number, or None for a given word."""
+    """Return the number in a text; None for the given word."""
     if text == word:
         return None
     try:
@@ -102,7 +102,7 @@ def parse_number_or_word(flag: str, text: str, word: str) -> float | None:
 
 
 def parse_pair_or_word(flag: str, text: str, words: Sequence[str]) -> tuple[float, float] | str:
-    """Return the two numbers of ``4,0.75``, or an allowed word."""
+    """Return the two numbers of a text such as ``4,0.75``, or an allowed word."""
     if text in words:
         return text
     try:

@@ -63,8 +63,9 @@ def walk(
 ) -> None:
     """Find the track of a sensor on a foot without a receiver, from the foot's stance phases.
 
-    Writes position, velocity and orientation with their standard deviations, and a figure; with
-    --at the track for maps. Prints the distance, the end, and the strides in numbers.
+    Writes position, velocity and orientation with their standard deviations, and a figure. With
+    --at, also writes the track for maps. Prints the distance, the end point, and statistics of the
+    strides.
     """
     maps = () if start.at is None else _MAPS
     outputs = written.at(

@@ -36,7 +36,7 @@ class Watched:
 
     @contextmanager
     def watcher(self) -> Iterator[Watcher | None]:
-        """Open the display; yield a function that feeds it views, None without one."""
+        """Open the display; yield a function that passes views to it, or None without a display."""
         puts: list[Callable[[View], None]] = []
         with ExitStack() as opened:
             if self.serve is not None:

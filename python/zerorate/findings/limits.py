@@ -60,18 +60,18 @@ def _limit_from_act(what: str, unit: str, act: float, source: str) -> Limit:
 LIMITS: Final[Mapping[str, Limit]] = {
     "jitter": Limit(
         "jitter of the stamps, RMS", "% of a period", 5.8, math.inf,
-        "own: 10 % / √3; at 100 Hz and 100 deg/s 10 % of a period is 0.1 deg",
+        "own: 10 % / √3; 10 % of a period is 0.1 deg at 100 Hz and 100 deg/s",
     ),
     "late stamps": Limit(
-        "share of stamps more than half a period late", "%", 0.17, math.inf,
-        "own: 0.3 % / √3; five stamps in 30 s at 100 Hz",
+        "share of stamps that are over half a period late", "%", 0.17, math.inf,
+        "own: 0.3 % / √3; 0.17 % is five stamps in 30 s at 100 Hz",
     ),
     "no stamps": Limit(
         "clocks without timestamps", "", 1, math.inf,
-        "own: without stamps nothing shows that a lost sample shifts all later ones",
+        "own: a lost sample shifts all later samples unnoticed",
     ),
     "repeated stamps": Limit(
-        "stamps that repeat the one before", "", 1, math.inf,
+        "stamps equal to the previous stamp", "", 1, math.inf,
         "own: a repeated stamp is not the time of its sample",
     ),
     "break": Limit(
@@ -79,117 +79,120 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 3 s / √3; in 3 s a hand or a vehicle can turn to any heading",
     ),
     "gaps": _limit_from_act(
-        "angle error of a straight line over lost samples", "deg", 1.0,
+        "angle error if straight lines replace lost samples", "deg", 1.0,
         "own: 1 deg of heading is 1.7 m in 100 m",
     ),
     "lost samples": Limit(
         "share of samples lost in gaps", "%", 1.0, 5.0,
-        "own: 1 % is a second lost in 100 s; 5 % is a twentieth of the motion",
+        "own: 1 % is one second in 100 s",
     ),
     "missing samples": Limit(
-        "share of samples without a number", "%", 0.1, 10.0,
-        "own: 0.1 % is six samples of a minute at 100 Hz; 10 % is a tenth of the motion",
+        "share of samples without a value", "%", 0.1, 10.0,
+        "own: 0.1 % is six samples per minute at 100 Hz",
     ),
     "at its limit": Limit(
         "share of samples at their limit", "%", 0.1 / _LOOK_DIVISOR, 1.0,
-        "own: 0.1 % / √3, six samples of a minute at 100 Hz are 0.1 %; 1 % is lost motion",
+        "own: 0.1 % / √3; 0.1 % is six samples per minute at 100 Hz",
     ),
     "at its limit, longest": Limit(
         "longest time at the limit", "s", math.inf, 0.2,
-        "own: half a period of 2.5 Hz, a motion of hands and feet; samples next to it do not show "
-        "its peak",
+        "own: half a period of a hand's or foot's motion at 2.5 Hz",
     ),
     "soft limit": Limit(
         "share of samples at a soft limit", "%", 0.1 / _LOOK_DIVISOR, math.inf,
-        "own: the same as for samples at their limit",
+        "own: as for samples at their limit",
     ),
     "equal samples": Limit(
-        "equal samples one after the other", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
+        "consecutive equal samples", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
     ),
     "spikes": Limit(
         "single samples far from both neighbours", "", 7, math.inf,
-        "own: 12 / √3; none of 200 simulated logs without faults has 12",
+        "own: 12 / √3; no log of 200 simulated logs without faults has 12",
     ),
     "spikes, share": Limit(
         "share of single samples far from both neighbours", "%", math.inf, 0.1,
         "own: one sample in a thousand"
     ),
     "coarse step": Limit(
-        "step between numbers over their scatter at rest", "", 2.0, math.inf,
+        "resolution step divided by the scatter at rest", "", 2.0, math.inf,
         "own: a step of twice the scatter hides the noise",
     ),
     "gyro bias": _limit_from_act(
         "bias of the gyro at rest", "deg/s", 5.0,
-        "own: the difference that ArduPilot's arming check allows two gyros",
+        "own: as ArduPilot's limit of the difference between two gyros",
     ),
     "bias moves": Limit(
-        "bias of the gyro between two rests", "deg/s", 0.1, math.inf,
+        "change of the gyro bias between two rests", "deg/s", 0.1, math.inf,
         "own: 0.1 deg/s is 6 deg of heading in a minute"
     ),
     "bias by temperature": Limit(
-        "bias of the gyro by temperature", "deg/s/K", 0.03, math.inf,
-        "own: 10 K move the bias by 0.3 deg/s, three times the limit between two rests",
+        "change of the gyro bias with temperature", "deg/s/K", 0.03, math.inf,
+        "own: 10 K change the bias by 0.3 deg/s",
     ),
     "gravity": _limit_from_act(
-        "difference of the norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"
+        "difference between the norm at rest and 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"
     ),
     "gyro noise": Limit(
         "noise of the gyro at rest", "deg/s/√Hz", 0.15 / _LOOK_DIVISOR, math.inf,
-        "own: 0.15 / √3; 0.15 is 30 times the data sheet of the MPU-6050",
+        "own: 0.15 / √3; 0.15 is 30 times the data-sheet noise of the MPU-6050",
     ),
     "accel noise": Limit(
         "noise of the accelerometer at rest", "µg/√Hz", 1500 / _LOOK_DIVISOR, math.inf,
-        "own: 1500 / √3; 1500 is about four times the data sheet of the MPU-6050",
+        "own: 1500 / √3; 1500 is about four times the data-sheet noise of the MPU-6050",
     ),
-    "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
+    "vibration": Limit(
+        "vibration by ArduPilot's formula, 95th percentile", "m/s²", 30.0, 60.0, _VIBRATION
+    ),
     "aliased peak": Limit(
         "amplitude of an aliased peak", "m/s²", 3 / _LOOK_DIVISOR, math.inf,
-        "own: 3 / √3; 3 m/s² is a third of gravity, at a false frequency",
+        "own: 3 / √3; 3 m/s² is a third of gravity",
     ),
     "vibration metric": Limit(
-        "PX4's own vibration metric, 95 %", "m/s²", 4.905, 9.81, "PX4 flight_review's plot"
+        "PX4's own vibration metric, 95th percentile", "m/s²", 4.905, 9.81,
+        "PX4 flight_review's plot",
     ),
     "estimator vibration": Limit(
-        "vibration in PX4's estimator (vibe[2]), 95 %", "m/s", 0.02, 0.04, "older flight_review"
+        "vibration in PX4's estimator (vibe[2]), 95th percentile", "m/s", 0.02, 0.04,
+        "older flight_review",
     ),
-    "clips": Limit("growth of the log's counters of clipped samples", "", 1, 100, _VIBRATION),
-    "gyros differ": _limit_from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
+    "clips": Limit("increase of the log's counts of clipped samples", "", 1, 100, _VIBRATION),
+    "gyros differ": _limit_from_act("difference between two gyros at rest", "deg/s", 5.0, _ARMING),
     "accels differ": _limit_from_act(
-        "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
+        "difference between two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
     ),
     "delay": Limit(
         "delay between two gyros", "ms", 10 / _LOOK_DIVISOR, math.inf,
-        "own: 10 ms / √3; at 100 deg/s two gyros 10 ms apart differ by a degree",
+        "own: 10 ms / √3; 10 ms is 1 deg at 100 deg/s",
     ),
     "scales differ": Limit(
-        "difference of the scale between two gyros from one", "%", 3.0, math.inf,
+        "difference between the scales of two gyros", "%", 3.0, math.inf,
         "MPU-6050, sensitivity tolerance"
     ),
     "inclination": Limit(
-        "error of the inclination from gyro and accelerometer when a rest begins, median",
+        "median inclination error of zr.Attitude at the start of rests",
         "deg", 5.0, math.inf, _ARMING,
     ),
     "trust": Limit(
-        "share of time with a standard deviation of the inclination above 5 deg",
+        "share of time in which the inclination's standard deviation is above 5 deg",
         "%", 90.0, math.inf, "own: the inclination is known for less than a tenth of the time",
     ),
     "log inclination": _limit_from_act(
-        "error of the log's own inclination against gravity at rest, median", "deg", 5.0, _ARMING
+        "median inclination error of the log's own attitude at rest", "deg", 5.0, _ARMING
     ),
     "attitudes differ": Limit(
-        "angle between the log's own vertical and that from gyro and accelerometer, 95 %",
+        "angle between the verticals of the log's attitude and zr.Attitude, 95th percentile",
         "deg", 5.0, math.inf, _ARMING,
     ),
     "receiver's clock": Limit(
         "offset of the receiver's clock", "s", 0.2, 1.0,
-        "own: at 5 m/s 0.2 s is a metre, 1 s five",
+        "own: at 5 m/s, 0.2 s is 1 m and 1 s is 5 m",
     ),
     "innovations": Limit(
-        "innovations over the standard deviations that the receiver states", "", 2.0, math.inf,
-        "own: errors are twice the stated standard deviations",
+        "innovations divided by the standard deviations stated by the receiver", "", 2.0, math.inf,
+        "own: the errors are twice as large as stated",
     ),
     "heading error": _limit_from_act(
-        "heading error of a level sensor from hard iron", "deg", 10.0,
+        "heading error of a level sensor by hard iron", "deg", 10.0,
         "own: 10 deg of heading are 18 m in 100 m",
     ),
     "iron changes": Limit(
@@ -198,7 +201,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "disturbed": Limit(
         "share of time in which no hard iron fits", "%", 2.0, math.inf,
-        "own: 1.2 s of a minute",
+        "own: 2 % is 1.2 s per minute",
     ),
 }  # fmt: skip
 """Limits by kind of finding; the documentation shows this table."""

@@ -1,6 +1,6 @@
-"""Walks of a sensor on a foot: strides, the track of a foot, and both feet joined.
+"""Walks with a sensor on a foot: strides, the track of a foot, and both feet combined.
 
-The filter itself is `zerorate.foot.FootFilter`, of the core.
+The filter itself is `zerorate.foot.FootFilter`. It is part of the Rust core.
 """
 
 from typing import TYPE_CHECKING, Final

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 _ALIGNMENT_M: Final = 20.0
-"""Metres of the way by which the frames of both feet are laid over each other."""
+"""Length of the path by which the frames of both feet are aligned, m."""
 _PRIOR_SIGMAS: Final = (0.5, 0.1)
-"""Standard deviations of where the other foot is after that, m, and of its heading, rad."""
+"""Standard deviations of the aligned right foot: position, m, and heading, rad."""
 _BOUND_SIGMA_M: Final = 0.1
-"""Standard deviation of the bound, m."""
+"""Standard deviation of the bound on the distance, m."""
 _STEP_SIGMAS: Final = (0.005, 0.005)
-"""Standard deviation of each step without that of its heading: m, and as a part of it."""
+"""Standard deviation of a step without the heading error: m, and relative to its length."""
 _MIN_HEADING_SIGMA_RAD: Final = 1e-4
-"""Least deviation by which a heading drifts from one stance to the next, rad."""
+"""Smallest standard deviation of the heading drift between two stances, rad."""
 _MIN_COMMON_S: Final = 5.0
-"""Seconds that both tracks must have in common."""
+"""Shortest common time of both tracks, s."""
 _COMPARED_QUANTITIES: Final = (
     "stride_length",
     "stride_time",
@@ -41,9 +41,9 @@ _COMPARED_QUANTITIES: Final = (
 
 
 _STANCE_QUANTITIES: Final = ("swing_time", "stance_time")
-"""Times between instants of the core: in a regular walk all have the same rounding error."""
+"""Times with the core's resolution; in a regular walk all have the same rounding error."""
 _INSTANT_SIGMA_S: Final = 0.02 / math.sqrt(12.0)
-"""Standard deviation of an instant within a step of the core, s."""
+"""Standard deviation of a time by the core's step of 0.02 s, s."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class Asymmetry:
     left, right : float
         Mean of the quantity over the strides of each foot.
     percent : float
-        Left minus right, divided by the mean of both, in per cent: Robinson's symmetry index.
+        Left minus right, divided by the mean of both, in percent (Robinson's symmetry index).
     percent_sigma : float
-        Standard error from the scatter of the strides; for swing and stance times also from the
-        resolution of 0.02 s of their events.
+        Standard error of `percent`, from the scatter of the strides. For swing and stance times it
+        includes the time resolution of 0.02 s.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Asymmetry:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Feet(Result):
-    """The tracks of two feet in one frame, as `join_feet` returns them.
+    """Tracks of two feet in one frame, as `join_feet` returns them.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class Feet(Result):
     bound_count: int
 
     def __repr__(self) -> str:
-        """Return both distances, and the number of times at the bound."""
+        """Return the distance walked by each foot, and the number of corrections."""
         return (
             f"Feet({shorten(self.left.distance, 4)} m left, {shorten(self.right.distance, 4)} "
             "m right, "
@@ -111,10 +111,11 @@ class Feet(Result):
         )
 
     def asymmetry(self) -> dict[str, Asymmetry]:
-        """Return the asymmetry of strides between the feet, by the names of `Strides`.
+        """Return the asymmetry of the strides between the feet, by the names of `Strides`.
 
-        R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
-        10(4), 1987. Quantities with under two strides of a foot are left out.
+        A quantity is left out if a foot has fewer than two strides with it. Definition: R. O.
+        Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics* 10(4),
+        1987.
         """
         strides_by_side = {"left": self.left.strides(), "right": self.right.strides()}
         asymmetries = {}
@@ -137,35 +138,35 @@ class Feet(Result):
 def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Feet:
     """Return the tracks of both feet of a person in one frame, with a bound on their distance.
 
-    The feet are never farther apart than one step: where the tracks exceed this, their headings
-    have drifted apart. A Kalman smoother over the steps of both feet corrects this; in it the
-    headings vary within their standard deviations. A drift common to both headings cannot be
+    The feet are never farther apart than one step. If the tracks exceed this distance, their
+    headings have drifted apart. A Kalman smoother over the steps of both feet then corrects the
+    headings within their standard deviations. A drift that is equal in both headings cannot be
     detected.
 
     Parameters
     ----------
     left, right : FootTrack
-        Tracks on one clock; smoothed tracks are better. The directions of the sensors' axes are not
-        needed: the first 20 m align the right track with the left one.
+        Tracks on one clock. Smoothed tracks are better. The sensors may be mounted in any
+        direction: the first 20 m align the right track with the left track.
     distance : float, default 1.2
-        Largest distance of the feet, m: 1.2 when walking, more when running.
+        Largest distance between the feet, m. 1.2 suits walking; running needs more.
 
     Returns
     -------
     Feet
-        Both tracks, with new positions, orientations and standard deviations of horizontal position
+        Both tracks with new positions, orientations, and standard deviations of horizontal position
         and heading.
 
     Raises
     ------
     ValueError
-        If the tracks have less than 5 s or four stances each in common, or the distance is not a
-        positive number.
+        If the tracks have less than 5 s in common, or fewer than four stances each. Also if the
+        distance is not positive.
 
     Notes
     -----
-    Standard deviations of the position count from the left foot's start. A bound does not make a
-    walk straight: the headings gain only from averaging over two sensors.
+    Standard deviations of the position are relative to the left foot's start. A bound does not make
+    a walk straight. The headings gain only from averaging two sensors.
 
     I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
 
@@ -209,7 +210,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
 
 
 class _Foot:
-    """A track as steps: level places as complex numbers."""
+    """A track as steps, with level positions as complex numbers."""
 
     def __init__(self, track: FootTrack) -> None:
         known = track.navigating
@@ -245,11 +246,11 @@ class _Foot:
         covariances: Floats,
         alignment: tuple[complex, complex],
     ) -> FootTrack:
-        """Return the track as the states at these times have it."""
+        """Return the track, corrected to the given states at the given times."""
         track, (turn, shift) = self.track, alignment
         own = (track.position[:, :2] @ np.array([1.0, 1.0j])) * turn + shift
         heading_change = np.interp(track.time, times, states[:, 2])
-        # Between two stances the way is turned, and what is left is spread over it.
+        # Between two stances the path is rotated, and the remaining difference is spread over it.
         k = np.clip(np.searchsorted(times, track.time, side="right") - 1, 0, len(times) - 2)
         positions_smoothed = states[:, 0] + 1j * states[:, 1]
         steps = np.diff(positions) * np.exp(1j * states[:-1, 2])
@@ -285,7 +286,7 @@ class _Foot:
 
 
 def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex]:
-    """Return the rotation and the shift that lay the begin of the right track over the left one."""
+    """Return the rotation and the shift that align the start of the right track with the left."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(left)))])
     count = max(int(np.searchsorted(way, _ALIGNMENT_M)), 4)
     z, w = right[:count], left[:count]
@@ -297,9 +298,9 @@ def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex
 def _smooth_feet(
     positions: np.ndarray, wander: Floats, distance: float
 ) -> tuple[Floats, Floats, int]:
-    """Return smoothed positions and turns of both feet, and the number of times at the bound.
+    """Return smoothed positions and rotations of both feet, and the number of corrections.
 
-    The state is x, y and turn of either foot.
+    The state is x, y and rotation of each foot.
     """
     n = positions.shape[1]
     x = np.array(
@@ -342,7 +343,7 @@ def _real_and_imaginary(z: complex) -> tuple[float, float]:
 def _predict_step(
     x: Floats, p: Floats, steps: np.ndarray, wander: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the state and its covariance after a step of either foot, and the Jacobian."""
+    """Return the state and its covariance after a step of one foot, and the Jacobian."""
     x, f, q = x.copy(), np.eye(6), np.zeros((6, 6))
     for i, step in enumerate(steps):
         offset = 3 * i
@@ -356,7 +357,7 @@ def _predict_step(
 
 
 def _apply_bound(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
-    """Return the state with both feet within their distance, and True if they were not."""
+    """Return the state with the bound applied, and True if the bound changed it."""
     separation = x[:2] - x[3:5]
     size = float(np.hypot(*separation))
     if size <= distance:

@@ -1,4 +1,4 @@
-"""The track of a foot, from its stances, without receiver or wheels."""
+"""Track of a foot from its stances, without receiver or wheels."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class GeodeticTrack:
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Latitude and longitude, deg, height, m; NaN where unknown.
+        Latitude and longitude, deg, and height, m. NaN where unknown.
     source : str
         Name of the recording.
 
@@ -58,16 +58,16 @@ class GeodeticTrack:
 
 
 class Origin(NamedTuple):
-    """Start of a walk on the earth.
+    """Start of a walk in geodetic coordinates.
 
     Attributes
     ----------
     latitude, longitude : float
-        deg.
+        Position of the start, deg.
     heading : float
-        Direction of the track's x, rad from north over east.
+        Direction of the track's x axis, rad, from north over east.
     height : float
-        m.
+        Height of the start, m.
 
     Examples
     --------
@@ -85,53 +85,57 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FootTrack(Oriented, SmoothableTrack, Result):
-    """The track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
+    """Track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
 
-    The frame is fixed at the start, in m: x is the horizontal direction of the sensor's first axis,
-    y is left, z is up. The heading is relative to the start, not to north.
+    The frame is fixed at the start. Its unit is m: x is the horizontal direction of the sensor's
+    first axis, y is left, and z is up. The heading is relative to the start, not to north.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        x, y, z, m; NaN where samples are missing for too long.
+        Position x, y, z, m. NaN if samples are missing for too long.
     velocity : ndarray, shape (n, 3)
-        m/s.
+        Velocity x, y, z, m/s.
     quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the sensor's axes to x, y, z.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        rad/s and m/s^2.
+        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
     sigma : ndarray, shape (n, 15)
-        Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
-        m/s, rad, rad/s, m/s^2. The standard deviations of position and heading count from the
-        start.
+        Standard deviations, three columns each. Position and heading are relative to the start.
+
+        - position, m
+        - velocity, m/s
+        - orientation about x, y, z, rad
+        - gyro bias, rad/s
+        - accelerometer bias, m/s^2
     stances : ndarray of int, shape (s, 2)
         First sample and end (exclusive) of each stance.
     lowest : ndarray of int, shape (s,)
         Sample of least motion in each stance.
     rests : ndarray of int, shape (r, 2)
-        First sample and end (exclusive) of the rests from which the gyro's bias was learned.
+        First sample and end (exclusive) of each rest from which the gyro bias was learned.
     clipped : tuple of ClippedAxis
-        Axes at which the gyro was clipped.
+        Axes on which the gyro was clipped.
     bound : ndarray, shape (n,)
-        The speed bound, m/s, whose minima are the stances.
+        Upper bound of the foot's speed, m/s. Its minima are the stances.
     rejection_count : int
-        Number of nodes of stances that the filter rejected.
+        Number of nodes in stances that the filter rejected.
     swings : Swings
-        Swings from stance to stance, with the tests that swings of a foot pass.
+        Swings from stance to stance, with the tests for a foot.
     rides : tuple of Ride
-        Rides in a lift. The track does not include their height, but its standard deviation does.
+        Rides in a lift. The track leaves out their height, but its standard deviation includes it.
     smoothed : bool
-        True if each sample was smoothed with the whole recording.
+        True if the smoother made the track from the whole recording.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on what was restored, left out or assumed.
+        Sentences on restored or missing data and on assumptions.
     alarms : tuple of str
         Contradictions in the recording, one sentence each.
     origin : Origin, optional
-        Start of the walk on the earth.
+        Start of the walk in geodetic coordinates.
 
     Examples
     --------
@@ -168,7 +172,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
 
     @property
     def foot_share(self) -> float:
-        """Share of the swing time that passes the tests of a foot, 0 to 1; NaN without swings."""
+        """Share of the swing time that passes the tests for a foot, 0 to 1; NaN without swings."""
         return self.swings.share
 
     @property
@@ -179,7 +183,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
         return float(np.hypot(*np.diff(positions, axis=0).T).sum())
 
     def __repr__(self) -> str:
-        """Return size, stances and distance."""
+        """Return the number of samples and stances, and the distance."""
         span = float(np.ptp(self.time))
         best = ", smoothed" if self.smoothed else ""
         return (
@@ -188,18 +192,18 @@ class FootTrack(Oriented, SmoothableTrack, Result):
         )
 
     def strides(self) -> Strides:
-        """Return the strides in numbers: length, duration, speed, height, turn, swing, stance."""
+        """Return the strides: length, duration, speed, height, rotation, swing and stance."""
         return measure_strides(self)
 
     def smooth(self) -> FootTrack:
-        """Return the best estimate: each sample uses all samples, before and after it.
+        """Return the smoothed track: each sample uses all samples, earlier and later.
 
-        At the last sample it is the filter's estimate.
+        At the last sample the result is the filter's estimate.
 
         Raises
         ------
         ValueError
-            If this track is smoothed, or its steps were not kept.
+            If the track is already smoothed, or its steps were not kept.
         MemoryError
             If there is not enough memory for the smoother's result.
         """
@@ -222,14 +226,14 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     def georeference(
         self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0
     ) -> GeodeticTrack:
-        """Return the track on the earth.
+        """Return the track in geodetic coordinates.
 
         Parameters
         ----------
         latitude, longitude : float
             Latitude and longitude of the start, deg.
         heading : float
-            Direction of x at the start, deg from north over east.
+            Direction of the track's x axis, deg, from north over east.
         height : float
             Height of the start, m.
 
@@ -254,7 +258,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
         """Return a log of x, y, z, m, for `zerorate.write_log`.
 
         Its extra columns are velocity, m/s, quaternion, standard deviations of position and
-        heading, and a flag for each sample of a stance.
+        heading, and a flag for stances.
         """
         span = float(np.ptp(self.time))
         names, meta = ("x_m", "y_m", "z_m"), {"source": self.source}
@@ -276,28 +280,31 @@ class FootTrack(Oriented, SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    In each stance the velocity of the foot is zero. Stances are found as minima of an upper bound
-    of the foot's speed; no threshold depends on the sensor or the gait. The same bound gives the
-    standard deviation of the zero-velocity updates. Rates clipped at the gyro's range are restored
-    first. The gyro's bias is learned while the foot rests for half a second, never from zero
-    velocities. `FootNavigation` processes a whole recording; `FootFilter` processes live samples.
-    Without a rest at the start it begins in the first deep stance, and integrates the samples
-    before it backwards.
+    In each stance the velocity of the foot is zero. Stances are the minima of an upper bound of the
+    foot's speed. No threshold depends on the sensor or the gait. The bound also gives the standard
+    deviation of the zero-velocity updates. Rates clipped at the gyro's range are restored first.
+    The gyro bias is learned only while the foot rests for half a second. Zero-velocity updates do
+    not change it.
+
+    Without a rest at the start, the filter starts in the first deep stance. The samples before it
+    are then integrated backward. `FootNavigation` processes a whole recording, and `FootFilter`
+    processes live samples.
 
     Motion of a wrist, a hand, a pocket or a vehicle raises an error. A foot rotates fast in its
-    swings, stands between them, and stands with the same tilt each time.
+    swings, stands between them, and has the same tilt in each stance.
 
     Parameters
     ----------
     rate : float, optional
-        Samples per second, Hz, to check against the recording's rate.
+        Expected sampling rate, Hz. The recording must have this rate. Default: any rate.
     floor : {None, "level"}, default None
-        "level": stances within 0.1 m of the current floor are moved onto it; higher or lower
-        stances begin another floor, as on a stair. It flattens ramps of less than 0.1 m per stride.
+        "level" moves stances within 0.1 m of the current floor onto it. Higher or lower stances
+        start another floor, as on a stair. This flattens ramps of less than 0.1 m per stride.
+        Default: no floor is assumed.
     restore : bool, default True
-        Restore rates that the gyro clipped.
+        True restores rates that the gyro clipped.
     assume_foot : bool, default False
-        Navigate even if the motion is not that of a foot.
+        True processes the recording even if the motion does not look like a foot's.
 
     Raises
     ------
@@ -306,10 +313,10 @@ class FootNavigation:
 
     Notes
     -----
-    The rate may be from 48 Hz to some thousand. A sample that is not finite counts as missing: the
-    last sample replaces it for a tenth of a second, then the standard deviations grow. After a gap
-    of more than a second the track continues from its last position, with standard deviations for
-    the distance that the foot may have gone.
+    The sampling rate may be 48 Hz to some thousand hertz. A sample that is not finite counts as
+    missing. The last sample replaces it for a tenth of a second; then the standard deviations grow.
+    After a gap of more than a second the track continues from its last position. Its standard
+    deviation then includes the distance that the foot may have moved.
 
     Examples
     --------
@@ -331,7 +338,7 @@ class FootNavigation:
         restore: bool = True,
         assume_foot: bool = False,
     ) -> None:
-        """Check and keep the parameters."""
+        """Check and store the parameters."""
         if rate is not None and not (math.isfinite(rate) and rate > 0.0):
             raise ArgumentError("rate", f"must be a positive number of Hz, got {rate!r}")
         if floor not in (None, "level"):
@@ -352,22 +359,22 @@ class FootNavigation:
         Parameters
         ----------
         imu : Recording
-            Recording in rad/s and m/s^2, or in other known units, in any axes.
+            Recording in any axes, with known units.
         keep : {"all", "track"}, default "all"
-            "track" leaves out the data for the smoother, 2 to 3 kB every 0.02 s.
+            "track" omits the data for the smoother, which need 2 to 3 kB every 0.02 s.
 
         Returns
         -------
         FootTrack
-            Estimates after each sample; `FootTrack.smooth` gives the best estimate.
+            Estimates after each sample. `FootTrack.smooth` improves them.
 
         Raises
         ------
         LogError
-            If gyro or accelerometer is missing or does not have three axes.
+            If the gyro or the accelerometer is missing or does not have three axes.
         ValueError
-            If the recording is under a second, below 48 Hz or has another rate, or if its motion is
-            not that of a foot.
+            If the recording is shorter than a second, or its rate is below 48 Hz or not `rate`.
+            Also if its motion is not the motion of a foot.
         """
         if keep not in ("all", "track"):
             raise ArgumentError("keep", f"must be 'all' or 'track', got {keep!r}")
@@ -434,11 +441,11 @@ class FootNavigation:
         except ValueError as error:
             if getattr(error, "argument", None) != "time":
                 raise
-            # Nobody has given the times: they are the recording's.
+            # The user gave no times, so the error must name the recording.
             raise LogError(f"{', '.join(samples.log.names)}: {error}") from None
 
     def _leaves_clipped(self, samples: Samples) -> bool:
-        """Return True if clipped rates are left, of which a foot's swings look like no foot's."""
+        """Return True if clipped rates remain; swings of a foot then fail the tests."""
         if self._restore:
             return False
         rate = (len(samples.time) - 1) / float(samples.time[-1] - samples.time[0])
@@ -464,7 +471,7 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
 
 
 def _add_variance(sigma: Floats, variance: Floats) -> Floats:
-    """Return standard deviations with a variance that is added to those of position."""
+    """Return the standard deviations, with a variance added to the position."""
     wider = sigma.copy()
     wider[:, :3] = np.sqrt(sigma[:, :3] ** 2 + variance)
     return wider

@@ -1,4 +1,4 @@
-"""The samples before the stance in which the filter of a foot begins."""
+"""Samples before the stance in which the filter of a foot starts."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 FRD_TO_FLU: Final = np.array([1.0, -1.0, -1.0])
-"""From ahead, right, down to ahead, left, up."""
+"""Signs from forward, right, down to forward, left, up."""
 HALF_TURN_ABOUT_X: Final = np.array([0.0, 1.0, 0.0, 0.0])
 _GRAVITY_M_S2: Final = 9.81
 
 
 class Lead(NamedTuple):
-    """Samples from the first known one to the one at which the filter begins.
+    """Samples from the first known sample to the start of the filter.
 
     Attributes
     ----------
     first, begin : int
-        First and last sample; at the last one the foot stands.
+        First and last sample. At the last sample the foot stands.
     gyro, accel : ndarray, shape (begin - first + 1, 3)
         Rates, rad/s, restored where they were clipped, and forces, m/s^2.
     """
@@ -38,16 +38,16 @@ class Lead(NamedTuple):
     def go_back(
         self, time: Floats, quaternion: Floats, biases: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return position, velocity and quaternion of all but the last, relative to the last.
+        """Return position, velocity and quaternion before the last sample, relative to it.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
             Times of all samples, s.
         quaternion : ndarray, shape (4,)
-            Quaternion at the last sample, from the sensor's axes to ahead, left, up.
+            Quaternion at the last sample, from the sensor's axes to forward, left, up.
         biases : ndarray, shape (2, 3)
-            Biases of gyro and accelerometer at the last sample.
+            Biases at the last sample: gyro, rad/s, and accelerometer, m/s^2.
         """
         native = product(inverse(HALF_TURN_ABOUT_X), quaternion)
         samples = time[self.first : self.begin + 1]
@@ -56,20 +56,20 @@ class Lead(NamedTuple):
         return position * FRD_TO_FLU, velocity * FRD_TO_FLU, product(around, turns)
 
     def variance(self, time: Floats, position: Floats, sigma: Floats) -> Floats:
-        """Return the variance of positions that these samples add, m², shape (n, 3).
+        """Return the position variance that these samples add, m², shape (n, 3).
 
-        Positions count from the first sample; velocity and tilt are known at the last. A tilt error
-        turns gravity into a horizontal acceleration, and horizontal accelerations into a vertical
-        one.
+        Positions are relative to the first sample. Velocity and tilt are known at the last sample.
+        A tilt error turns gravity into a horizontal acceleration, and horizontal into vertical
+        acceleration.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
-            s.
+            Times of the samples, s.
         position : ndarray, shape (n, 3)
-            m.
+            Positions, m.
         sigma : ndarray, shape (15,)
-            Standard deviations at the last sample; those of velocity and tilt are used.
+            Standard deviations at the last sample. Only velocity and tilt are used.
         """
         whole = float(time[self.begin] - time[self.first])
         since = np.clip(time - time[self.first], 0.0, whole)
@@ -93,11 +93,11 @@ class Lead(NamedTuple):
         Parameters
         ----------
         time : ndarray, shape (n,)
-            s.
+            Times of the samples, s.
         track : tuple of ndarray
-            Positions and velocities, (n, 3), and quaternions, (n, 4).
+            Positions (n, 3), velocities (n, 3), and quaternions (n, 4).
         biases : ndarray, shape (2, 3)
-            Biases of gyro and accelerometer at the last sample.
+            Biases at the last sample: gyro, rad/s, and accelerometer, m/s^2.
         """
         first, begin = self.first, self.begin
         position, velocity, quaternion = (values.copy() for values in track)

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 _MEAN_S: Final = 0.2
 _STEP_S: Final = 0.05
 _MAX_RATE_RAD_S: Final = math.radians(10.0)
-"""Mean rate off its median within which it is still."""
+"""Largest deviation of the mean rate from its median while the foot stands, rad/s."""
 _MIN_STILL_S: Final = 1.5
 _MIN_PULSE_M_S2: Final = 0.15
 _MIN_TOP_M_S2: Final = 0.3
 _MIN_PULSE_S: Final = 0.4
 _MAX_ACROSS: Final = (0.15, 0.3)
-"""Force across the vertical in a pulse: m/s^2, and as a part of the pulse."""
+"""Largest horizontal force in a pulse: m/s^2, and relative to the pulse."""
 _MIN_SPEED_M_S: Final = 0.25
 _MAX_DIFFERENCE: Final = 0.5
-"""Of the speeds of both pulses, as a part of the larger one."""
+"""Largest difference between the speeds of both pulses, relative to the larger speed."""
 _MAX_RIDE_S: Final = 180.0
 _MAX_SAMPLE: Final = 1e4
-"""Rates, rad/s, and forces, m/s^2, beyond are missing samples."""
+"""Largest valid rate, rad/s, or force, m/s^2; larger samples count as missing."""
 
 
 class Ride(NamedTuple):
@@ -37,9 +37,9 @@ class Ride(NamedTuple):
     Attributes
     ----------
     start, end : int
-        First sample and end (exclusive).
+        First sample and end (exclusive) of the ride.
     height : float
-        Height gained, m.
+        Height gained, m. Negative if the lift goes down.
 
     Examples
     --------
@@ -61,19 +61,19 @@ class _Pulse(NamedTuple):
 
 
 def find_rides(time: Floats, gyro: Floats, accel: Floats) -> tuple[Ride, ...]:
-    """Return the rides in a lift in n samples of a foot.
+    """Return the rides in a lift, from n samples of a sensor on a foot.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s, increasing.
+        Times of the samples, s, increasing.
     gyro, accel : ndarray, shape (n, 3)
-        rad/s and m/s^2; NaN where they are missing.
+        Rates, rad/s, and forces, m/s^2. NaN where missing.
 
     Notes
     -----
-    A lift speeds up and slows down: the vertical force has two pulses of opposite signs and equal
-    area. The area is the speed v, and the height is v times the time between the pulses.
+    A lift speeds up and slows down. The vertical force has two pulses of opposite sign and equal
+    area. The area is the speed v. The height is v times the time between the pulses.
     """
     rides: list[Ride] = []
     pulses = sorted(_find_pulses(time, gyro, accel))
@@ -121,7 +121,7 @@ def _find_pulses(time: Floats, gyro: Floats, accel: Floats) -> Iterator[_Pulse]:
 
 
 def _window_means(time: Floats, values: Floats, instants: Floats) -> Floats:
-    """Return the means of all samples within a tenth of a second of each instant."""
+    """Return the means of all samples within 0.1 s of each instant."""
     values = np.where(np.abs(values) <= _MAX_SAMPLE, values, np.nan)
     total = np.vstack([np.zeros(3), np.cumsum(np.nan_to_num(values), axis=0)])
     count = np.concatenate([[0], np.cumsum(np.isfinite(values).all(axis=1))])
@@ -132,14 +132,14 @@ def _window_means(time: Floats, values: Floats, instants: Floats) -> Floats:
 
 
 def _runs(holds: Booleans, seconds: float) -> list[tuple[int, int]]:
-    """Return first and past the last of what holds for so long without a break."""
+    """Return start and end (exclusive) of runs of True that last at least so many seconds."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
     runs: npt.NDArray[np.intp] = edges.reshape(-1, 2)
     return [(int(a), int(b)) for a, b in runs if (b - a) * _STEP_S >= seconds]
 
 
 def describe_rides(rides: tuple[Ride, ...], time: Floats) -> Iterator[str]:
-    """Yield a note on each ride."""
+    """Yield a note for each ride."""
     for ride in rides:
         way = "up" if ride.height > 0.0 else "down"
         end = time[min(ride.end, len(time) - 1)]
@@ -150,7 +150,7 @@ def describe_rides(rides: tuple[Ride, ...], time: Floats) -> Iterator[str]:
 
 
 def ride_variance(rides: tuple[Ride, ...], n: int) -> Floats:
-    """Return the variance of the height from rides that are not in the track, m², shape (n,)."""
+    """Return the height variance from rides that the track leaves out, m², shape (n,)."""
     variance = np.zeros(n)
     for ride in rides:
         variance[ride.start :] += ride.height**2

@@ -15,50 +15,50 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 _MIN_STRIDE_M: Final = 0.15
-"""Way of a stride at least, m: less is a foot that shifts."""
+"""Shortest stride, m; a shorter step is a shift of the foot."""
 _MIN_STANDING_S: Final = 1.5
-"""Seconds of a stance from which on a person stands."""
+"""Shortest stance in which the person stands still, s."""
 _START_MARGIN_S: Final = 0.05
-"""Seconds after the first sample within which a stance is one that began before."""
+"""A stance counts as started before the recording if it starts within this time, s."""
 _STEPS_PER_STRIDE: Final = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class Strides:
-    """The m strides of a foot, as `FootTrack.strides` finds them.
+    """Strides of a foot, as `FootTrack.strides` finds them; m strides.
 
-    Names and definitions are those of gaitmap, whose strides also go from one moment of least
-    velocity to the next (``min_vel``), and whose times count from the contact before to the contact
-    at the end. The events differ: stances here are the minima of the speed bound, which begin after
-    heel strike and end before toe-off. So `stance_time` is shorter than between contacts, and
-    `swing_time` is longer.
+    Names and definitions are gaitmap's. A stride goes from one moment of least velocity to the next
+    (``min_vel``). Times count from the contact before the stride to the contact at its end. The
+    contact events differ from gaitmap's. Here stances are minima of the speed bound. They start
+    after heel strike and end before toe-off, so `stance_time` is shorter and `swing_time` is
+    longer.
 
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
-        Samples of least motion in the stance before and after.
+        Samples of least motion in the previous stance and in the next stance.
     stride_time : ndarray, shape (m,)
-        Time from the beginning of the stance before to the beginning of the stance after, s. NaN if
-        the stance before lasted 1.5 s or more, or since the recording began.
+        Time from the start of the previous stance to the start of the next stance, s. NaN if the
+        previous stance lasted 1.5 s or more, or started before the recording.
     swing_time : ndarray, shape (m,)
         Time between both stances, s.
     stance_time : ndarray, shape (m,)
-        Duration of the stance before, s; NaN as above.
+        Duration of the previous stance, s. NaN in the same cases as `stride_time`.
     stride_length : ndarray, shape (m,)
-        Level distance from stance to stance, m.
+        Horizontal distance between both stances, m.
     height_change : ndarray, shape (m,)
         Change of the foot's height, m.
     gait_velocity : ndarray, shape (m,)
-        Length divided by time, m/s; NaN as above.
+        Stride length divided by stride time, m/s. NaN in the same cases as `stride_time`.
     turning_angle : ndarray, shape (m,)
-        Heading change of the foot to the left, rad.
+        Change of the foot's heading, rad, positive to the left.
     arc_length : ndarray, shape (m,)
-        Length of the path through the air, m.
+        Length of the path between both stances, m.
     max_sensor_lift : ndarray, shape (m,)
-        Largest height of the sensor above the stance before, m.
+        Largest height of the sensor above the previous stance, m.
     max_lateral_excursion : ndarray, shape (m,)
-        Largest horizontal distance from the line between both stances, m; for straight strides it
-        measures the outward swing of the leg.
+        Largest horizontal distance from the line between both stances, m. In straight strides it is
+        the outward swing of the leg.
 
     Examples
     --------

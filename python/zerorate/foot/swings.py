@@ -1,4 +1,4 @@
-"""Swings of a track, and the tests that swings of a foot pass."""
+"""Swings of a track, and tests that show the swings of a foot."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
     from zerorate.types import Booleans, Floats
 
 MIN_SHARE: Final = 0.5
-"""Share of the swinging time that must pass for a foot's."""
+"""Smallest share of the swing time that must pass the tests for a foot."""
 _SURE_SHARE: Final = 0.8
-"""Share below which a note doubts it."""
+"""Share of the swing time below which a note is added."""
 _SURE_LEAN_RAD: Final = math.radians(20.0)
-"""Median lean above which a note doubts it: recorded feet have 1 to 7 deg, simulated runs 16."""
+"""Median lean above which a note is added: recorded feet 1 to 7 deg, simulated runs 16 deg."""
 _MIN_SWINGING_S: Final = 0.5
 _MIN_SWING_S: Final = 0.02
 _WINDOW: Final = 6
-"""Swings of a window, of which spans are made that are no foot's."""
+"""Number of swings in a window that finds spans without foot motion."""
 _STRAY_SPEED_M_S: Final = 2.0
-"""Growth of the position's uncertainty in such a span, as after a gap, m/s."""
+"""Growth of the position's standard deviation in a span without foot motion, m/s."""
 MAX_FLOOR_STEP_M: Final = 0.1
-"""Height within which a stance is on the same level floor, as the core has it."""
+"""Largest height of a stance above the floor on which it is placed, m, as in the core."""
 _RANDOM_SHARE: Final = 0.2
-"""Vertical velocities that are random cancel to less than this part of their deviations."""
+"""Sums of vertical velocities below this share of their scatter count as random."""
 
 
 class _Test(NamedTuple):
-    """One of the tests that a foot's swing passes, and what is said where most swings fail it."""
+    """A test that swings of a foot pass, and the text if most swings fail it."""
 
     name: str
     passes: Callable[[Floats], Booleans]
@@ -80,28 +80,27 @@ _TESTS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Swings:
-    """The m swings of a track (`FootTrack.swings`), each from one stance to the next.
+    """Swings of a track from one stance to the next (`FootTrack.swings`); m swings.
 
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
-        Last sample of the stance before, and first sample of the stance after, among the nodes of
+        Last sample of the previous stance, and first sample of the next stance, among the nodes of
         the covariance.
     duration : ndarray, shape (m,)
-        s.
+        Duration of the swing, s.
     turn : ndarray, shape (m,)
         Largest angular rate, rad/s.
     depth : ndarray, shape (m,)
         Larger speed bound of both stances, divided by the 0.9 quantile of the bound in the swing.
     tilt : ndarray, shape (m,)
-        Angle between the vertical directions of both stances in the sensor's axes, rad.
+        Angle between the vertical directions of both stances, in the sensor's axes, rad.
     lean : ndarray, shape (m,)
-        Larger of both stances' angles between mean force and vertical, rad.
+        Angle between mean force and vertical, rad; the larger angle of both stances.
     way : ndarray, shape (m,)
         Distance between both stances, m.
     vertical_velocity, vertical_velocity_sigma : ndarray, shape (m,)
-        Vertical velocity that the stance after the swing corrects, positive up, m/s, and its
-        standard deviation.
+        Vertical velocity, m/s up, that the next stance corrects, and its standard deviation.
 
     Examples
     --------
@@ -125,7 +124,7 @@ class Swings:
 
     @classmethod
     def from_rows(cls, rows: Floats) -> Swings:
-        """Return swings from the rows of the compiled filter, shape (m, 10)."""
+        """Return the swings from rows of the compiled filter, shape (m, 10)."""
         start, end = rows[:, :2].astype(np.int64).T
         duration = np.maximum(rows[:, 2], _MIN_SWING_S)
         turn, depth, tilt, lean, way, down, sigma = rows[:, 3:].T
@@ -137,12 +136,12 @@ class Swings:
 
     @property
     def tests(self) -> dict[str, Booleans]:
-        """Mask of the swings that pass each test, by its name."""
+        """Mask of the swings that pass each test, by the test's name."""
         return {test.name: test.passes(getattr(self, test.name)) for test in _TESTS}
 
     @property
     def are_judged(self) -> bool:
-        """True if there are enough swings to judge: 0.5 s in total."""
+        """True if the swings last 0.5 s or more in total, so that they can be tested."""
         return bool(self.duration.sum() >= _MIN_SWINGING_S)
 
     @property
@@ -152,7 +151,7 @@ class Swings:
 
     @property
     def moves(self) -> bool:
-        """True if the motion is not that of a foot, for another reason than staying in place."""
+        """True if the sensor moves, but not like a foot."""
         tests = self.tests
         del tests["way"]
         return self._share(np.logical_and.reduce(list(tests.values()))) < MIN_SHARE
@@ -192,7 +191,7 @@ class Swings:
         return spans
 
     def notes(self, time: Floats) -> Iterator[str]:
-        """Yield the reasons to doubt that the motion is that of a foot."""
+        """Yield the reasons to doubt that the sensor is on a foot."""
         if not self.are_judged:
             return
         share = self.share
@@ -216,19 +215,19 @@ class Swings:
             yield f"from {time[start]:.0f} to {time[end]:.0f} s it is not on a foot"
 
     def climb_variance(self, height: Floats, *, clipped: bool, level: bool) -> Floats:
-        """Return the variance of the height from drifts of one sign in all swings, m², (n,).
+        """Return the height variance from drifts of one sign in all swings, m², (n,).
 
-        Stances correct a vertical velocity, not the height error that it has caused. Random errors
-        cancel over the swings; a tilt error that is the same in each swing does not.
+        A stance corrects a vertical velocity, but not the height error from it. Random errors
+        cancel over the swings. A tilt error with the same value in each swing does not cancel.
 
         Parameters
         ----------
         height : ndarray, shape (n,)
             Height of the track, m.
         clipped : bool
-            True if the gyro is clipped: possibly random errors are then included.
+            True if the gyro is clipped. Errors that may be random are then included.
         level : bool
-            True if the floor is level: only swings that begin another floor are then included.
+            True if the floor is level. Only swings to another floor are then included.
         """
         rise = height[self.end] - height[self.start] if len(self) else np.empty(0)
         counted = self.duration * (np.abs(rise) >= MAX_FLOOR_STEP_M if level else 1.0)
@@ -240,7 +239,7 @@ class Swings:
         return variance
 
     def stray_variance(self, time: Floats) -> Floats:
-        """Return the position's variance from spans without foot motion, m², shape (n,)."""
+        """Return the position variance from spans without foot motion, m², shape (n,)."""
         inside = np.zeros(len(time), bool)
         for start, end in self.stray_spans():
             inside[start:end] = True

@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from zerorate.types import Booleans, Floats
 
 _MIN_SWING_RATE_RAD_S: Final = math.radians(100.0)
-"""A foot turns faster than that between its stances, rad/s."""
+"""Smallest peak rate of a foot between two stances, rad/s."""
 _MIN_SWING_S: Final = 0.5
-"""Seconds off stances from which on a recording is not one of rest."""
+"""Shortest total time outside stances for a test of the motion, s."""
 _MAX_REJECTED_SHARE: Final = 0.2
-"""Of the moments of stances that the filter may reject without a note."""
+"""Largest share of rejected stance nodes without a note."""
 
 
 def refuse_other_bodies(
     time: Floats, gyro: Floats, stances: npt.NDArray[np.int64], swings: Swings
 ) -> None:
-    """Raise a LogError if the motion is not that of a foot.
+    """Raise LogError if the motion is not the motion of a foot.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times of the samples, s.
     gyro : ndarray, shape (n, 3)
-        rad/s.
+        Rates, rad/s.
     stances : ndarray of int, shape (s, 3)
         First sample, end (exclusive) and sample of least motion of each stance.
     swings : Swings
@@ -61,9 +61,9 @@ def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> It
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times of the samples, s.
     outputs : dict
-        Outputs of the compiled filter: stances, rejections, number of repeated levellings.
+        Outputs of the compiled filter: stances, rejections, and the number of repeated levellings.
     swings : Swings
         Swings of the track.
     """
@@ -93,7 +93,7 @@ def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> It
 
 
 def _mask_moving(n: int, stances: npt.NDArray[np.int64]) -> Booleans:
-    """Return the mask of the samples off stances."""
+    """Return the mask of samples outside stances."""
     moving = np.ones(n, bool)
     for first, end, _ in stances:
         moving[first:end] = False

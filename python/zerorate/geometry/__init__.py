@@ -1,4 +1,4 @@
-"""Geometry that every floor needs: rotations, frames of the earth, the earth and its field."""
+"""Geometry for all packages: rotations, earth frames, the earth's shape and magnetic field."""
 
 from zerorate.geometry.magnetic import EarthField, earth_field
 

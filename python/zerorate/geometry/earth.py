@@ -1,7 +1,7 @@
-"""The earth of WGS84: its radii, gravity and rotation, and distances on it.
+"""The earth (WGS84): radii, gravity, rotation, and distances.
 
-Angles are in rad and lengths in m, except for positions in records: latitude and longitude in deg,
-height above the ellipsoid in m. Vectors point north, east and down.
+Angles are in rad and lengths in m. Positions in records are the exception: latitude and longitude
+in deg, height above the ellipsoid in m. Vectors point north, east, down.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy.typing as npt
 from zerorate.types import Floats
 
 SEMI_MAJOR_AXIS: Final = 6_378_137.0
-"""a, m."""
+"""Semi-major axis a, m."""
 ECCENTRICITY_SQUARED: Final = 6.6943799901413e-3
-"""e^2, the square of the first eccentricity."""
+"""Square of the first eccentricity, e^2."""
 EARTH_RATE_RAD_S: Final = 7.292115e-5
-"""Rate of the earth, rad/s."""
+"""Rotation rate of the earth, rad/s."""
 EQUATORIAL_GRAVITY: Final = 9.7803253359
 POLAR_GRAVITY: Final = 9.8321849378
-"""Normal gravity on the ellipsoid, m/s^2."""
+"""Normal gravity at the poles, on the ellipsoid, m/s^2."""
 
 _AXIS_RATIO: Final = math.sqrt(1.0 - ECCENTRICITY_SQUARED)
-"""Semi-minor axis over the semi-major one."""
+"""Semi-minor axis divided by the semi-major axis."""
 _SOMIGLIANA: Final = _AXIS_RATIO * POLAR_GRAVITY / EQUATORIAL_GRAVITY - 1.0
 
 
@@ -35,13 +35,13 @@ def radii(latitude: npt.ArrayLike) -> tuple[Floats, Floats]:
     Parameters
     ----------
     latitude : array_like
-        rad, of any shape.
+        Latitude, rad, any shape.
 
     Returns
     -------
     meridian, normal : ndarray, the shape of `latitude`
-        M, by which a step to the north changes the latitude, and N, by which one to the east
-        changes the longitude.
+        M and N, m. A step north changes the latitude by step / M. A step east changes the longitude
+        by step / (N cos(latitude)).
 
     Examples
     --------
@@ -54,14 +54,14 @@ def radii(latitude: npt.ArrayLike) -> tuple[Floats, Floats]:
 
 
 def normal_gravity(latitude: npt.ArrayLike, height: npt.ArrayLike = 0.0) -> Floats:
-    """Return normal gravity, m/s^2: that of the ellipsoid by Somigliana, times 1 - 2 h/a.
+    """Return normal gravity, m/s^2: Somigliana's formula times 1 - 2 h/a.
 
     Parameters
     ----------
     latitude : array_like
-        rad.
+        Latitude, rad.
     height : array_like
-        Above the ellipsoid, m; of a shape that goes with that of `latitude`.
+        Height above the ellipsoid, m. Its shape must broadcast with `latitude`.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def normal_gravity(latitude: npt.ArrayLike, height: npt.ArrayLike = 0.0) -> Floa
 
 
 def earth_rate(latitude: npt.ArrayLike) -> Floats:
-    """Return the earth's rate in north, east and down, rad/s, shape (..., 3); latitude in rad."""
+    """Return the earth's rate north, east, down, rad/s, shape (..., 3), at a latitude, rad."""
     angle = np.asarray(latitude, dtype=np.float64)
     cosine, sine = np.cos(angle), np.sin(angle)
     return EARTH_RATE_RAD_S * np.stack([cosine, np.zeros_like(cosine), -sine], axis=-1)
@@ -88,14 +88,14 @@ def earth_rate(latitude: npt.ArrayLike) -> Floats:
 def transport_rate(
     latitude: npt.ArrayLike, height: npt.ArrayLike, velocity: npt.ArrayLike
 ) -> Floats:
-    """Return the rate at which north, east and down turn on the way round the earth, rad/s.
+    """Return the rotation rate of the axes north, east, down due to motion over the earth, rad/s.
 
     Parameters
     ----------
     latitude, height : array_like, shape (...)
-        rad, and m above the ellipsoid.
+        Latitude, rad, and height above the ellipsoid, m.
     velocity : array_like, shape (..., 3)
-        North, east and down, m/s.
+        Velocity north, east, down, m/s.
 
     Returns
     -------
@@ -109,22 +109,22 @@ def transport_rate(
 
 
 def local_ned(position: npt.ArrayLike, origin: npt.ArrayLike) -> Floats:
-    """Return positions north, east and down of an origin, m, using the radii of curvature there.
+    """Return positions north, east, down from an origin, m, with the radii of curvature there.
 
     Parameters
     ----------
     position : array_like, shape (..., 3)
-        Latitude deg, longitude deg, height m.
+        Latitude, deg, longitude, deg, and height, m.
     origin : array_like, shape (3,) or (..., 3)
-        Origin in the same units. With one origin for each position, the result is the difference of
-        two tracks.
+        Origin in the same units. With one origin per position, the result is the difference of two
+        tracks.
 
     Returns
     -------
     ndarray, shape (..., 3)
-        Positions, m, with differences of longitude within half a turn. Because meridians converge,
-        a distance d has an error of up to d^2 tan(latitude)/a: at 45 deg 4 cm at 500 m, 16 m at 10
-        km.
+        Positions, m. Differences of longitude are wrapped to half a turn. Meridians converge, so a
+        distance d has an error of up to d^2 tan(latitude)/a. At a latitude of 45 deg this is 4 cm
+        at 500 m, and 16 m at 10 km.
 
     Examples
     --------
@@ -141,9 +141,9 @@ def local_ned(position: npt.ArrayLike, origin: npt.ArrayLike) -> Floats:
 
 
 def offset_position(position: npt.ArrayLike, ned: npt.ArrayLike) -> Floats:
-    """Return positions (deg, deg, m) by so many metres north, east and down of others.
+    """Return positions (deg, deg, m) moved by metres north, east, down.
 
-    The inverse of `local_ned`, with the radii at `position`, and as exact.
+    This is the inverse of `local_ned`, with the radii at `position` and the same accuracy.
     """
     start, offset = np.asarray(position, dtype=np.float64), np.asarray(ned, dtype=np.float64)
     latitude, height = np.radians(start[..., 0]), start[..., 2]
@@ -156,7 +156,7 @@ def offset_position(position: npt.ArrayLike, ned: npt.ArrayLike) -> Floats:
 
 
 def wrap_degrees(degrees: npt.ArrayLike) -> Floats:
-    """Return angles from -180 up to 180 deg; those within stay as they are, to the bit."""
+    """Return angles wrapped to -180 to 180 deg; angles in this range are unchanged."""
     angles = np.asarray(degrees, dtype=np.float64)
     wrapped_angles: Floats = np.where(
         np.abs(angles) <= 180.0, angles, (angles + 180.0) % 360.0 - 180.0

@@ -1,4 +1,4 @@
-"""Frames of the earth, and orientations from one to another."""
+"""Earth frames, and conversion of orientations between them."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FRAMES: Final[dict[Frame, tuple[float, float, float, float]]] = {
     "ned": (0.0, _SQRT_HALF, _SQRT_HALF, 0.0),
     "nwu": (_SQRT_HALF, 0.0, 0.0, _SQRT_HALF),
 }
-"""The quaternion that turns vectors of each frame of the earth into east, north and up."""
+"""Quaternion from each earth frame to east, north, up."""
 
 
 def in_enu(quaternions: Floats, frame: Frame) -> Floats:
-    """Return orientations from sensor to a frame of the earth as those to east, north and up."""
+    """Convert orientations from sensor-to-`frame` to sensor-to-ENU (east, north, up)."""
     return product(np.array(FRAMES[frame]), quaternions)
 
 
 def from_enu(quaternions: Floats, frame: Frame) -> Floats:
-    """Return orientations from sensor to east, north and up as those to a frame of the earth."""
+    """Convert orientations from sensor-to-ENU (east, north, up) to sensor-to-`frame`."""
     return product(inverse(np.array(FRAMES[frame])), quaternions)

@@ -1,4 +1,4 @@
-"""The earth's magnetic field at a place, by the World Magnetic Model (pygeomag has it)."""
+"""The earth's magnetic field at a place, by the World Magnetic Model (from pygeomag)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from zerorate.texts import describe_missing_extra
 
 FIRST_YEAR: Final = 2010.0
 LAST_YEAR: Final = 2030.0
-"""Between which years there are coefficients, a set for every five."""
+"""Range of years with coefficients; each set covers five years."""
 _UT_PER_NT: Final = 1e-3
-"""Of a nanotesla."""
+"""Factor from nT to uT."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class EarthField:
     Attributes
     ----------
     size : float
-        uT.
+        Field strength, uT.
     dip : float
-        Angle below the level, rad; negative in the south.
+        Angle below the horizontal, rad; negative in the south.
     declination : float
-        Angle of magnetic north east of true north, rad.
+        Angle from true north to magnetic north, rad, positive east.
     model : str
         Name of the coefficients.
 
@@ -55,23 +55,24 @@ def earth_field(
     Parameters
     ----------
     latitude, longitude : float
-        deg.
+        Latitude and longitude, deg.
     height : float
-        Above the ellipsoid, m.
+        Height above the ellipsoid, m.
     year : float, optional
-        With its fraction, such as 2026.5; default now.
+        Year with its fraction, such as 2026.5. Default: now.
 
     Raises
     ------
     ValueError
-        If the place is impossible, or there are no coefficients for the year.
+        If the place does not exist, or there are no coefficients for the year.
     ImportError
-        If pygeomag is not installed, the extra ``magnetic``.
+        If pygeomag (extra ``magnetic``) is not installed.
 
     Notes
     -----
-    The World Magnetic Model's own errors are 0.15 uT, 0.2 deg of dip and 0.4 deg of declination,
-    more near the poles. Buildings and vehicles change all three by more.
+    The errors of the World Magnetic Model are 0.15 uT in strength, 0.2 deg in dip and 0.4 deg in
+    declination. Near the poles they are larger. Buildings and vehicles change all three values by
+    more.
 
     Examples
     --------
@@ -106,6 +107,6 @@ def earth_field(
 
 
 def _current_year() -> float:
-    """Return today as a year with its fraction: all that is done on one day gives the same."""
+    """Return today's date as a year with its fraction; it is constant during a day."""
     today = datetime.now(UTC).timetuple()
     return today.tm_year + (today.tm_yday - 1) / 365.2425

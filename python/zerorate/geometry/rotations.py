@@ -13,14 +13,14 @@ _IDENTITY: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def from_rotation_vectors(vectors: Floats) -> Floats:
-    """Return the rotations about vectors of shape (..., 3) by their lengths in rad."""
+    """Return quaternions from rotation vectors, rad, of shape (..., 3)."""
     half = 0.5 * np.linalg.norm(vectors, axis=-1, keepdims=True)
-    # numpy's sinc is sin(pi x) / (pi x), and 1 at 0.
+    # numpy's sinc is sin(pi x) / (pi x), with the value 1 at 0.
     return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors), axis=-1)
 
 
 def from_matrices(matrices: Floats) -> Floats:
-    """Return the rotations of matrices of shape (m, 3, 3), from the largest column of 4 q q'."""
+    """Return quaternions from matrices of shape (m, 3, 3), by the largest column of 4 q q'."""
     across = matrices.transpose(0, 2, 1)
     trace = np.trace(matrices, axis1=1, axis2=2)[:, None, None]
     outer = np.zeros((len(matrices), 4, 4))
@@ -33,7 +33,7 @@ def from_matrices(matrices: Floats) -> Floats:
 
 
 def from_euler_angles(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike) -> Floats:
-    """Return the rotations by yaw, then pitch, then roll, rad, of shape (..., 4)."""
+    """Return quaternions from yaw, then pitch, then roll, rad, shape (..., 4)."""
     with np.errstate(invalid="ignore", over="ignore"):
         half = [np.asarray(angle, np.float64) / 2 for angle in (roll, pitch, yaw)]
         (cr, cp, cy), (sr, sp, sy) = map(np.cos, half), map(np.sin, half)
@@ -47,12 +47,12 @@ def from_euler_angles(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayL
 
 
 def about_z(angle: float) -> Floats:
-    """Return the rotation about the third axis by an angle in rad, shape (4,)."""
+    """Return the quaternion of a rotation about the third axis, rad, shape (4,)."""
     return np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
 
 
 def to_rotation_vectors(q: Floats) -> Floats:
-    """Return the rotation vectors of quaternions (..., 4), rad, shape (..., 3), at most pi long."""
+    """Return rotation vectors from quaternions (..., 4), rad, shape (..., 3), length up to pi."""
     shortest = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(shortest[..., 1:], axis=-1, keepdims=True)
     angles = 2.0 * np.arctan2(sine, shortest[..., :1])
@@ -62,7 +62,7 @@ def to_rotation_vectors(q: Floats) -> Floats:
 
 
 def to_matrices(q: Floats) -> Floats:
-    """Return the rotation matrices of unit quaternions (..., 4), shape (..., 3, 3)."""
+    """Return rotation matrices from unit quaternions (..., 4), shape (..., 3, 3)."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     rows = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
@@ -73,7 +73,7 @@ def to_matrices(q: Floats) -> Floats:
 
 
 def cross_matrices(vectors: Floats) -> Floats:
-    """Return the matrices of the cross products with vectors (..., 3), shape (..., 3, 3)."""
+    """Return the matrices of cross products with vectors (..., 3), shape (..., 3, 3)."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     rows = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
@@ -81,15 +81,15 @@ def cross_matrices(vectors: Floats) -> Floats:
 
 
 def rotate(q: Floats, vectors: Floats) -> Floats:
-    """Return vectors (..., 3) rotated by unit quaternions (..., 4); the shapes broadcast."""
+    """Return vectors (..., 3) rotated by unit quaternions (..., 4), with broadcasting."""
     pure = np.concatenate((np.zeros((*vectors.shape[:-1], 1)), vectors), axis=-1)
     rotated: Floats = product(product(q, pure), inverse(q))[..., 1:]
     return rotated
 
 
 def product(p: Floats, q: Floats) -> Floats:
-    """Return the rotation p after q, or seen as axes: first p, then q about the new axes."""
-    # By components: a cross product of NumPy takes as long as all of this.
+    """Return the product p q: first the rotation q, then p, both about fixed axes."""
+    # Written by components, because NumPy's cross product takes as long as all of this.
     a, x, y, z = (p[..., i] for i in range(4))
     b, r, s, t = (q[..., i] for i in range(4))
     parts = (
@@ -102,20 +102,20 @@ def product(p: Floats, q: Floats) -> Floats:
 
 
 def inverse(q: Floats) -> Floats:
-    """Return the inverses."""
+    """Return the inverse quaternions."""
     conjugate: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
     return conjugate
 
 
 def angle(q: Floats) -> Floats:
-    """Return the angles turned, 0 to pi, exact also for small ones."""
+    """Return the rotation angles, rad, 0 to pi; small angles are accurate, too."""
     vector = np.linalg.norm(q[..., 1:], axis=-1)
     angles: Floats = 2.0 * np.arctan2(vector, np.abs(q[..., 0]))
     return angles
 
 
 def unit(q: Floats) -> Floats:
-    """Return the quaternions at length 1; NaN where one has no length."""
+    """Return the quaternions scaled to length 1; NaN if the length is zero."""
     length = np.linalg.norm(q, axis=-1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         scaled: Floats = np.where(length > 0.0, q / length, np.nan)
@@ -123,9 +123,10 @@ def unit(q: Floats) -> Floats:
 
 
 def cumulative_product(steps: Floats) -> Floats:
-    """Return the products of the first 1, 2, ... rotations of shape (n, 4).
+    """Return the cumulative products of rotations, shape (n, 4).
 
-    Blocks side by side, then each after the whole of those before it.
+    Blocks are computed in parallel. Each block is then multiplied by the product of all earlier
+    blocks.
     """
     n = len(steps)
     padded = np.concatenate((steps, np.tile(_IDENTITY, (-n % _BLOCK_ROWS, 1))))

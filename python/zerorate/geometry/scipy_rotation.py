@@ -1,4 +1,4 @@
-"""Rotations of scipy: the one place where they become quaternions or matrices, and back."""
+"""Conversion between scipy's Rotation and quaternions or matrices."""
 
 from __future__ import annotations
 
@@ -16,46 +16,46 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class ScipyRotation(Protocol):
-    """A ``scipy.spatial.transform.Rotation``, one or many."""
+    """A ``scipy.spatial.transform.Rotation`` with one or several rotations."""
 
     def as_quat(self, *, scalar_first: bool) -> Floats:
-        """Return quaternions, w first if requested."""
+        """Return quaternions, with w first if `scalar_first` is True."""
 
     def as_matrix(self) -> Floats:
         """Return rotation matrices."""
 
 
 RotationLike: TypeAlias = npt.ArrayLike | ScipyRotation
-"""Quaternions w, x, y, z or rotation matrices as an array, or a Rotation of scipy."""
+"""Quaternions w, x, y, z or rotation matrices as an array, or a scipy Rotation."""
 
 
 def as_quaternions(rotations: Any) -> Any:  # noqa: ANN401
-    """Return quaternions w, x, y, z of a Rotation of scipy; anything else as it is."""
+    """Convert a scipy Rotation to quaternions w, x, y, z; return other values unchanged."""
     is_rotation = isinstance(rotations, ScipyRotation)
     return rotations.as_quat(scalar_first=True) if is_rotation else rotations
 
 
 def as_matrices(rotations: Any) -> Any:  # noqa: ANN401
-    """Return matrices of a Rotation of scipy; anything else as it is."""
+    """Convert a scipy Rotation to matrices; return other values unchanged."""
     return rotations.as_matrix() if isinstance(rotations, ScipyRotation) else rotations
 
 
 class Oriented:
-    """An object whose `quaternion` w, x, y, z, shape (4,) or (n, 4), is its orientation."""
+    """An object with an orientation `quaternion` w, x, y, z, shape (4,) or (n, 4)."""
 
     __slots__ = ()
     quaternion: Any
 
     @property
     def rotation(self) -> Rotation:
-        """The orientation as a ``scipy.spatial.transform.Rotation``, one or n.
+        """Orientation as a ``scipy.spatial.transform.Rotation``, with one or n rotations.
 
         Raises
         ------
         ImportError
-            Without scipy, of the extra ``mat``.
+            If scipy (extra ``mat``) is not installed.
         ValueError
-            If an orientation is unknown: its quaternion is NaN.
+            If an orientation is unknown (its quaternion is NaN).
         """
         try:
             from scipy.spatial.transform import Rotation

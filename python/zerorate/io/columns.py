@@ -1,4 +1,4 @@
-"""The choice of columns: those of the time, and those of data that a caller means."""
+"""Choice of columns by the caller: columns of the time and of the data."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from zerorate.record.log import LogError
 from zerorate.record.names import looks_like_gyro
 
 SKIP: Final = "skip"
-"""Treatment of torn lines where a caller gives one."""
+"""Value of `Timing.torn`: torn lines are left out."""
 
 Columns = str | int | Sequence[str | int] | None
 TimeColumn = str | int | Literal[False] | None
-"""Name or index of the time column, False for none; None to find it."""
+"""Name or index of the time column; False for no time, None to find the column."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Caller's choice of the column and unit of time, and of the rows to leave out.
+    """Caller's choice of the time column and its unit, and treatment of torn lines.
 
     Raises
     ------
     ValueError
-        If the unit is not known, or torn lines are to be anything but left out.
+        If the unit is unknown, or ``torn`` has another value than "skip".
     """
 
     column: TimeColumn = None
@@ -39,7 +39,7 @@ class Timing:
     torn: str | None = None
 
     def __post_init__(self) -> None:
-        """Bring the unit to its one spelling."""
+        """Check the fields, and convert the unit to its standard spelling."""
         if self.torn not in (None, SKIP):
             raise ValueError(
                 make_sentence(keyword_argument("torn"), f" must be '{SKIP}', got {self.torn!r}")
@@ -60,7 +60,7 @@ class Timing:
         return replace(table, time=index)
 
     def apply_to_all(self, tables: Sequence[Table]) -> list[Table]:
-        """Return the tables of a source, of which some may have a time by another name."""
+        """Return the tables of a source; those with the stated time column use it."""
         has_column = [
             isinstance(self.column, str) and self.column in (t.names or ()) for t in tables
         ]
@@ -74,7 +74,7 @@ class Timing:
 
 
 def check_samples(table: Table, columns: Columns) -> None:
-    """Raise LogError if a requested column holds the time."""
+    """Raise LogError if a requested column is a time."""
     if columns is None:
         return
     for index in find_indices(table, columns):
@@ -93,7 +93,7 @@ def check_samples(table: Table, columns: Columns) -> None:
 
 
 def find_indices(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int, ...]:
-    """Return the indices of the columns that a caller names; LogError if one is not there."""
+    """Return the indices of the requested columns; LogError if a column does not exist."""
     single = isinstance(columns, (str, int, np.integer))
     wanted = [columns] if single else list(columns)  # type: ignore[arg-type]
     if not wanted:
@@ -147,7 +147,7 @@ def _find_index_by_name(table: Table, name: str) -> int:
 
 
 def not_found(wanted: str, table: Table) -> LogError:
-    """Return the error for a table in which no column looks like a sensor that is wanted."""
+    """Return the error for a table without a column of the requested sensor."""
     choose = f"no column looks like {wanted}; choose with "
     return LogError(
         make_sentence(choose, keyword_argument("columns"), f" from: {_list_columns(table)}")

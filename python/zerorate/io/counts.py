@@ -1,4 +1,4 @@
-"""Raw counts: the whole numbers of a sensor's registers, and the factors that scale them."""
+"""Raw counts of a sensor's registers, and the factors that scale them."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from zerorate.types import Floats
 
 
 class Sensitivities(NamedTuple):
-    """Counts in 1 deg/s and in 1 g, by the end of the range in deg/s and in g."""
+    """Counts per deg/s and per g, by the range in deg/s and in g."""
 
     gyro: Mapping[float, float]
     accel: Mapping[float, float]
 
 
 def _st_gyro_counts(*ranges: float) -> dict[float, float]:
-    """Return the table of a gyro of STMicroelectronics: 8.75 mdeg/s a count at 245 or 250."""
+    """Return the table of an STMicroelectronics gyro: 8.75 mdeg/s per count at 245 or 250 deg/s."""
     steps: dict[float, float] = {
         125: 4.375,
         245: 8.75,
@@ -56,7 +56,7 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
         "ICM-20948": _MPU,
         "ICM-42688-P": Sensitivities({125: 262.0, 62.5: 524.3, **_MPU.gyro}, _ACCEL_16_BIT),
         "ITG-3200": Sensitivities({2000: 14.375}, {}),
-        # Bosch, "Sensitivity": 16.4 LSB/(deg/s) at 2000 deg/s, and 16.384 of the BMI088.
+        # Bosch, "Sensitivity": 16.4 LSB/(deg/s) at 2000 deg/s; the BMI088 has 16.384.
         "BMI160": Sensitivities(
             {125: 262.4, 250: 131.2, 500: 65.6, 1000: 32.8, 2000: 16.4}, _ACCEL_16_BIT
         ),
@@ -75,21 +75,21 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
         "ISM330DHCX": Sensitivities(_st_gyro_counts(125, 250, 500, 1000, 2000, 4000), _ACCEL_ST),
     }
 )
-"""By device, from the electrical characteristics of its data sheet."""
+"""Sensitivities by device, from the electrical characteristics in its data sheet."""
 
 
 @dataclass(frozen=True)
 class RawCounts:
-    """Factors from the raw counts of a device to deg/s and g.
+    """Factors that convert a device's raw counts to deg/s and g.
 
     Parameters
     ----------
     device
-        Its name.
+        Name of the device.
     gyro
-        deg/s per count.
+        Factor of the gyro, deg/s per count.
     accel
-        g per count; None if the range of the accelerometer was not given.
+        Factor of the accelerometer, g per count; None without its range.
     """
 
     device: str
@@ -98,26 +98,26 @@ class RawCounts:
 
 
 def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCounts:
-    """Return the factors from raw counts of a sensor to deg/s and g, by its data sheet.
+    """Return the factors from a device's raw counts to deg/s and g, from its data sheet.
 
     Parameters
     ----------
     device : str
-        One of `SENSITIVITIES`, as ``"MPU-6050"``; case, hyphens and blanks do not matter.
+        Key of `SENSITIVITIES`, for example ``"MPU-6050"``. Case, hyphens and blanks do not matter.
     gyro : float
-        End of the range that the gyro was set to, deg/s: 250 for ±250 deg/s.
+        Range setting of the gyro, deg/s: 250 for ±250 deg/s.
     accel : float, optional
-        Range of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
+        Range setting of the accelerometer, g: 2 for ±2 g. Without it, accelerations stay unscaled.
 
     Returns
     -------
     RawCounts
-        The `scale` of `zerorate.read_log`, which then needs no unit.
+        Value for `scale` of `zerorate.read_log`; the log then needs no unit.
 
     Raises
     ------
     ValueError
-        If the device is not in the table, or has no such range; the message lists the choices.
+        If the table does not have the device or the range. The message lists the choices.
 
     Examples
     --------
@@ -161,7 +161,7 @@ def _look_up_range(table: Mapping[float, float], end: float, what: str, unit: st
 
 
 Scale = float | Mapping[str, float] | RawCounts | None
-"""A factor, factors of kinds of sensors, or those of a device."""
+"""Factor for all values, factors by kind of sensor, or the factors of a device."""
 
 _KINDS: Final = {"gyro": "angular rate", "accel": "acceleration"}
 _DEVICE_UNITS: Final = {"gyro": "deg/s", "accel": "g"}
@@ -169,16 +169,16 @@ _DEVICE_UNITS: Final = {"gyro": "deg/s", "accel": "g"}
 
 @dataclass(frozen=True)
 class Scaling:
-    """Factors for the values of sensors, and the units that follow.
+    """Factors for the values of sensors, and the resulting units.
 
     Attributes
     ----------
     number
-        Of the first sensor, or None.
+        Factor of the first sensor; None if there is none.
     factors
-        By kind, ``"gyro"`` or ``"accel"``.
+        Factors by kind, ``"gyro"`` or ``"accel"``.
     units
-        Units by kind, if a device defines them.
+        Units by kind, if a device determines them.
     """
 
     number: float | None = None
@@ -187,7 +187,7 @@ class Scaling:
 
     @classmethod
     def of(cls, scale: Scale) -> Scaling:
-        """Return the factors of a caller's `scale`; ValueError if it is none."""
+        """Return the factors of the argument `scale`; ValueError if its value is not valid."""
         if scale is None:
             return cls()
         if isinstance(scale, RawCounts):
@@ -207,18 +207,18 @@ class Scaling:
         return cls(number=_check_factor(scale))
 
     def factor_for(self, kind: str | None, first: bool) -> float | None:
-        """Return the factor of a kind of sensor, which may be the first; None for none."""
+        """Return the factor of a kind of sensor, or the factor of the first sensor; else None."""
         if first and self.number is not None:
             return self.number
         return None if kind is None else self.factors.get(kind)
 
     def unit(self, kind: str, stated: str | None) -> str | None:
-        """Return the unit of a kind of sensor, of which the caller may have given one.
+        """Return the unit of a kind of sensor: the device's unit, else the stated unit.
 
         Raises
         ------
         ValueError
-            If the device's is another.
+            If the device's unit differs from the stated unit.
         """
         own = self.units.get(kind)
         if own is not None and stated is not None and canonical_unit(stated) != own:
@@ -243,21 +243,21 @@ def _check_factor(scale: object) -> float:
 
 
 _MAX_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}
-"""Whole numbers up to this may be what a sensor of that unit rounds to."""
+"""Largest value that is plausible in each unit; larger whole numbers are raw counts."""
 _HALF_OF_16_BITS: Final = 1 << 15
 _MIN_SAMPLES: Final = 16
-"""Samples of which chance hardly makes whole numbers."""
+"""Smallest number of samples to test: fewer can all be whole numbers by chance."""
 
 
 def describe_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> str | None:
-    """Return a sentence on columns that look like raw counts though they are not scaled.
+    """Return a sentence on columns that look like raw counts but are not scaled.
 
     Parameters
     ----------
     names, kind
-        Of the columns.
+        Names of the columns and their kind.
     unit
-        That was given, or none.
+        Stated unit, or the unit for an unknown unit.
     head
         Values at the beginning of the columns, shape (n, k).
     """

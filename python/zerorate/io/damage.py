@@ -1,4 +1,4 @@
-"""Damage: whatever the bytes of a file raise in its reader becomes one sentence."""
+"""Conversion of every error of a file's reader into one LogError."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from zerorate.record.log import LogError
 from zerorate.texts import escape_line
 
 _DATA_ERRNOS: Final = (None, errno.EINVAL)
-"""Numbers of OSError with which libraries speak of bytes; others speak of disks and rights."""
+"""Error numbers of OSError for bad content; other numbers are faults of the system."""
 
 
 def read_guarded(form: Format, file: Path) -> Content:
-    """Return the content of a file whose reading, now and later, fails in one sentence alone.
+    """Return the content of a file; errors of its reader, also later ones, become one sentence.
 
     Raises
     ------
     LogError
-        If the reader raises anything but this, ImportError, or OSError for a fault of the system.
+        If the reader fails, except for ImportError and for OSError of the system.
     """
     with _translate_errors(form.description):
         content = form.read(file)
@@ -44,7 +44,7 @@ def _translate_errors(called: str) -> Iterator[None]:
         raise
     except MemoryError:
         raise LogError(f"cannot be read as {called}: it needs more memory than there is") from None
-    except Exception as error:  # what damaged bytes raise has no common base
+    except Exception as error:  # damaged bytes can raise any exception
         if isinstance(error, OSError) and error.errno not in _DATA_ERRNOS:
             raise
         why = f"truncated, damaged or of a foreign kind ({_describe_error(error)})"
@@ -94,7 +94,7 @@ def _guard_pieces(pieces: _Pieces, rows: int, called: str) -> _Pieces:
 
 
 def _check_rows(read_rows: int, rows: int) -> None:
-    """Refuse a file of another number of rows than declared, for which the caller makes room."""
+    """Raise LogError if a file has another number of rows than it declares."""
     if read_rows != rows:
         row_text = "more" if read_rows > rows else read_rows
         raise ValueError(f"it says that it has {rows} rows and holds {row_text}")

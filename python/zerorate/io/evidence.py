@@ -1,8 +1,8 @@
 """Evidence for the role, unit and clock of each column of a table.
 
-Roles come from the names of columns (`zerorate.io.sensors`), from the file's own list, or, in a
-table without names, from the values. Units come from a name, an argument, the other axes, or the
-metadata. `zerorate.io.timecolumns` finds the clocks. No other module decides these.
+Roles come from the columns' names (`zerorate.io.sensors`), from the file's own list, or from the
+values if a table has no names. Units come from a name, an argument, the other axes, or the
+metadata. `zerorate.io.timecolumns` finds the clocks. All other modules use these results.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ _AXES: Final = "xyz"
 _SCALED_KINDS: Final = ("gyro", "accel")
 _UNITLESS: Final = "1"
 _GYRO_END: Final = 4000.0
-"""Largest rate that a gyro measures, deg/s."""
+"""Largest rate that a gyro can measure, deg/s."""
 _GRAVITY: Final = (1.0, 9.80665)
 _OF_GRAVITY: Final = 0.03
-"""Part by which an accelerometer at rest may differ from gravity."""
+"""Largest relative difference between the force at rest and gravity."""
 _MAX_UNNAMED_COLUMNS: Final = 12
-"""Most columns of a table without names that are searched: six of sensors, times and counters."""
+"""Largest width of a table without names that is searched: six sensor columns, times, counters."""
 _KIND_NAMES: Final = {
     "gyro": "a gyro",
     "accel": "an accelerometer",
@@ -63,7 +63,7 @@ _KIND_NAMES: Final = {
 
 
 class Role(NamedTuple):
-    """Name, role, unit and log of a column; role and unit include their evidence.
+    """Name, role, unit and log of a column; role and unit with their evidence.
 
     Unknown texts are empty.
     """
@@ -82,7 +82,7 @@ class Evidence:
 
     @classmethod
     def of(cls, table: Table) -> Evidence:
-        """Return the evidence for a table; data are loaded only if the names do not suffice."""
+        """Return the evidence for a table; data are loaded only if the names are insufficient."""
         unnamed = table.names is None
         return cls(table.in_memory(range(table.width)) if unnamed else with_clock(table))
 
@@ -105,10 +105,10 @@ class Evidence:
     def one_of_each(
         self, kinds: Sequence[str], wanted: str | None, is_sole: bool = False
     ) -> tuple[list[Sensor], list[str]]:
-        """Return one sensor of each kind, the wanted one if it is named, and notes.
+        """Return one sensor of each kind (the requested one, if named), and notes.
 
         In a table without names, the sensor is all columns except the time, at most three. Raises
-        LogError if there is no sensor, or if there are several devices and ``is_sole`` is True.
+        LogError without a sensor, and for several devices if ``is_sole`` is True.
         """
         if self.table.data is not None:
             return [Sensor(self._listed_kind, self.table.data)], []
@@ -122,7 +122,7 @@ class Evidence:
         notes: list[str] = []
         for kind in kinds:
             own = [sensor for sensor in of_kinds if sensor.kind == kind]
-            # A name may be that of the gyro alone, or of the accelerometer.
+            # A name may match only the gyro, or only the accelerometer.
             is_named = wanted is None or any(s in own for s in select_sensors(of_kinds, wanted))
             chosen_of_kind, own_notes = self._choose(own, wanted if is_named else None, is_sole)
             chosen += chosen_of_kind
@@ -132,7 +132,7 @@ class Evidence:
     def _choose(
         self, own: list[Sensor], wanted: str | None, is_sole: bool
     ) -> tuple[list[Sensor], list[str]]:
-        """Return the chosen sensors of one kind, after a check of their columns, and notes."""
+        """Return the chosen sensors of a kind after a check of their columns, and notes."""
         names = self.table.names or ()
         devices = list_devices(own, names) if is_sole and wanted is None else ()
         if len(devices) > 1:
@@ -175,7 +175,7 @@ class Evidence:
         return [self.table.label(index) for index in sensor.indices]
 
     def _describe_axes(self, sensors: Sequence[Sensor]) -> Iterator[str]:
-        """Yield a sentence for each sensor whose axes x, y, z are assumed from the column order."""
+        """Yield a sentence for each sensor with axes assumed from the order of its columns."""
         for sensor in sensors:
             if sensor.is_complete and not sensor.has_named_axes:
                 names = ", ".join(self._labels(sensor))
@@ -187,7 +187,7 @@ class Evidence:
         Raises
         ------
         LogError
-            If there are more than three columns, or their values cannot be a gyro's.
+            If there are more than three columns, or their values are impossible for a gyro.
         """
         table = self.table
         if table.data is not None:
@@ -214,12 +214,12 @@ class Evidence:
         return [sensor], [f"the table has no names: {listed} are read as a gyro"]
 
     def in_unit(self, sensor: Sensor, stated: str | None, scaling: Scaling, first: bool) -> Sensor:
-        """Return a sensor with its unit and its factor; `first`: it is the first one read.
+        """Return a sensor with its unit and factor; `first`: it is the first one to be read.
 
         Raises
         ------
         LogError
-            If its columns differ in unit, or their unit differs from the stated one.
+            If its columns differ in unit, or their unit differs from the stated unit.
         """
         names = self._labels(sensor)
         if sensor.kind in _SCALED_KINDS:
@@ -232,7 +232,7 @@ class Evidence:
             unit = common_unit(names, stated, self._file_unit(sensor))
             return sensor._replace(unit=unit, factor=factor)
         if all(map(is_quaternion, names)):
-            # Components may stand in any order, w last for instance.
+            # Components can be in any order, for example w last.
             order = sorted(sensor.indices, key=lambda i: self.table.label(i)[-1].lower())
             return sensor._replace(indices=tuple(order), unit=stated or _UNITLESS)
         listed = self._listed_units()
@@ -243,7 +243,7 @@ class Evidence:
         return sensor._replace(unit=units[0] if len(set(units)) == 1 else ", ".join(units))
 
     def _listed_units(self) -> Mapping[int, str]:
-        """Return the units that a file states for the columns that it lists as data."""
+        """Return the units that a file states for its listed data columns."""
         data, unit = self.table.data, self.table.meta.unit
         return (
             {}
@@ -252,7 +252,7 @@ class Evidence:
         )
 
     def _file_unit(self, sensor: Sensor) -> str | None:
-        """Return the unit that a file states for a sensor; None if it is another quantity's."""
+        """Return the unit that a file states for a sensor; None for another quantity's unit."""
         stated = self.table.meta.unit
         if sensor.indices == self.table.data:
             return stated
@@ -263,7 +263,7 @@ class Evidence:
         return None if kind in _SCALED_KINDS and kind != sensor.kind else stated
 
     def kind_of(self, columns: Sequence[int]) -> str:
-        """Return the kind of requested columns: "accel" if all names are an accelerometer's."""
+        """Return the kind of requested columns: "accel" if all have an accelerometer's name."""
         names = [self.table.label(index) for index in columns]
         if all(looks_like_accelerometer(name) and not looks_like_gyro(name) for name in names):
             return "accel"
@@ -271,11 +271,11 @@ class Evidence:
         return self._listed_kind if unknown else "gyro"
 
     def time_of(self, data: Sequence[int] = ()) -> int | None:
-        """Return the column of the timestamps of some data columns."""
+        """Return the time column for some data columns."""
         return time_of(self.table, data)
 
     def roles(self, logs: Mapping[str, tuple[str, str]]) -> list[Role]:
-        """Return the role of each column, given the logs and units of those that are read."""
+        """Return the role of each column; `logs` has log and unit of the columns that are read."""
         first = next((s.indices[0] for s in self.sensors() if s.kind == "gyro"), None)
         time = self.time_of([self.table.width - 1 if first is None else first])
         clues = {clue.place: clue.evidence for clue in clues_of(self.table)[0]}
@@ -320,7 +320,7 @@ def _named_unit(name: str) -> str | None:
 
 
 def _check_axes(sensor: Sensor, names: Sequence[str]) -> None:
-    """Raise LogError for a sensor of over three columns, or a column in a foreign unit."""
+    """Raise LogError for a sensor with over three columns or with a foreign unit."""
     like = _KIND_NAMES[sensor.kind]
     if len(names) > len(_AXES):
         many = f"{len(names)} columns are of {like}, expected three axes: {', '.join(names)}"
@@ -353,7 +353,7 @@ def _load_values(table: Table, places: Sequence[int]) -> list[Floats]:
 
 
 def _not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int]] | None:
-    """Return the reason why columns without names are no gyro, and columns that may be one.
+    """Return the reason why unnamed columns are no gyro, and columns that may be the gyro.
 
     Return None if the columns may be a gyro.
     """
@@ -370,7 +370,7 @@ def _not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int
 
 
 def _length(values: Sequence[Floats]) -> float | None:
-    """Return the constant length of vectors, such as gravity or a field; None if it changes."""
+    """Return the constant length of vectors, such as gravity; None if the length changes."""
     size = np.sqrt(np.sum(np.square(np.stack(values).astype(np.float64)), axis=0))
     known = size[np.isfinite(size)]
     length = float(np.median(known)) if known.size else 0.0
@@ -389,9 +389,9 @@ def _gravity(values: Sequence[Floats]) -> float | None:
 def _imu_by_values(table: Table, places: Sequence[int]) -> tuple[Sequence[int], Sequence[int]]:
     """Return the columns of gyro and accelerometer in a table without names.
 
-    Three columns whose vector has the constant length of gravity are the accelerometer. Three
-    columns without a constant length are the gyro. The columns of a sensor are empty if the values
-    do not identify it.
+    Three columns form the accelerometer if their vector has the constant length of gravity. Three
+    columns form the gyro if their vector has no constant length. If the values do not show a
+    sensor, its columns are empty.
     """
     if len(places) % len(_AXES):
         return (), ()
@@ -403,7 +403,7 @@ def _imu_by_values(table: Table, places: Sequence[int]) -> tuple[Sequence[int], 
 
 
 def named_by_values(table: Table) -> Table:
-    """Return a table whose six unnamed columns are named as gyro and accelerometer."""
+    """Return a table with names for its six unnamed columns, if they are gyro and accelerometer."""
     imu_width = 2 * len(_AXES)
     if table.names is not None or not imu_width <= table.width <= _MAX_UNNAMED_COLUMNS:
         return table

@@ -39,19 +39,19 @@ class Explanation:
     Attributes
     ----------
     source : str
-        The file.
+        Path of the file.
     format : str
-        Its format, as ``meta["format"]`` of its logs.
+        Name of the format, as in ``meta["format"]`` of its logs.
     reason : str
         Evidence for the format.
     topics : tuple of TopicExplanation
-        The tables from which logs are read.
+        Tables that contain the logs.
     others : tuple of str
         Topics that are read only on request.
     logs : mapping of str to Log
-        Logs read from it; empty if there are none.
+        Logs in the file; empty if there are none.
     notes : tuple of str
-        Assumptions, and parts that are not read, with reasons.
+        Assumptions, and omitted parts with reasons.
     """
 
     source: str
@@ -134,7 +134,7 @@ def explain_format(file: Path, form: Format) -> str:
 def _split_topics(
     content: Content, logs: Mapping[str, Log]
 ) -> tuple[dict[str, Table], tuple[str, ...]]:
-    """Return the tables from which logs are read, or all of a few, and the names of the others."""
+    """Return the tables with logs (without logs all tables), and the names of other topics."""
     used_sensors = {str(log.meta["sensor"]) for log in logs.values() if "sensor" in log.meta}
     sensors = content.tables if content.sensors is None else content.sensors
     read = {name: content.tables[name] for name in sensors} if "" not in content.tables else {}
@@ -162,7 +162,7 @@ def _explain_columns(topic: str, table: Table, logs: Mapping[str, Log]) -> tuple
 
 
 def _values(table: Table, index: int) -> str:
-    """Return the contents of a column, in a file that is not read."""
+    """Return a description of a column's values in a file that is not read."""
     column = load_numbers(table, index)
     if column is None:
         return "holds texts" if load_column(table, index) is None else ""
@@ -174,18 +174,18 @@ def _values(table: Table, index: int) -> str:
 
 @dataclass(frozen=True)
 class FormatSupport:
-    """A format of files.
+    """A file format and its requirements.
 
     Attributes
     ----------
     called : str
-        Its name.
+        Name of the format.
     suffixes, written : tuple of str
-        Those of its files, and those of them that are written.
+        Suffixes of its files; suffixes that zerorate can write.
     extra : str
-        What installs the package that it needs; empty where it needs none.
+        Extra that installs the necessary package; empty if no package is necessary.
     is_installed : bool
-        True if that package is installed.
+        True if the package is installed.
     """
 
     called: str
@@ -196,7 +196,7 @@ class FormatSupport:
 
 
 def list_formats(forms: Iterable[Format] | None = None) -> tuple[FormatSupport, ...]:
-    """Return the formats that are read, in the order of their documentation."""
+    """Return the formats that can be read, in the order of the documentation."""
     return tuple(map(_describe_format, known_formats() if forms is None else forms))
 
 

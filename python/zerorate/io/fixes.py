@@ -1,4 +1,4 @@
-"""The reading of fixes: files of receivers and tables, by the names of their columns."""
+"""Reading of fixes from receivers' files and from tables, by the columns' names."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ FixFormat = Literal["nmea", "rtklib", "navsatfix", "table"]
 
 _HEAD_BYTES: Final = 1 << 16
 _MAX_FIX_STEP_S: Final = 60.0
-"""Seconds from fix to fix from which on the unit of the time must be another one."""
+"""Longest step between fixes, s; a longer step means another unit of time."""
 _EARTH_M: Final = 6_371_000.0
 _MAX_DISORDER_PART: Final = 0.1
-"""Share of the rows whose time may not be later than those before."""
+"""Largest share of rows that are not later than the row before."""
 _LEAP_SECOND_DAYS: Final = np.array(
     [
         "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01",
@@ -53,7 +53,7 @@ _LEAP_SECOND_DAYS: Final = np.array(
     ],
     dtype="datetime64[s]",
 )  # fmt: skip
-"""Days that began after a leap second, since GPS has its time."""
+"""Days that follow a leap second since the start of GPS time."""
 
 _DIRECTION_PATTERNS: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
 _OTHER_SOURCES: Final = (
@@ -62,11 +62,11 @@ _OTHER_SOURCES: Final = (
 _NAME_START: Final = (
     rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHER_SOURCES}_)(?:.*_)?"
 )
-"""Before the name of a quantity itself, not of its standard deviation nor of something else's."""
+"""Beginning of a quantity's name; it excludes names of standard deviations."""
 
 
 def _quantity(words: str, units: str = "") -> re.Pattern[str]:
-    """Return the pattern of names of a quantity, maybe with a unit at their end."""
+    """Return a pattern for names of a quantity, optionally with a unit at the end."""
     return re.compile(rf"{_NAME_START}(?:{words})(?:_(?:{units}))?$")
 
 
@@ -94,7 +94,7 @@ _PER_MPS: Final = {
     "kt": 3600 / 1852,
     "mph": 3600 / 1609.344,
 }
-"""Beginnings of units of speed, each with how many are 1 m/s."""
+"""Beginnings of units of speed, and their number per m/s."""
 _ACCURACY: Final = {
     "horizontal": _quantity("(?:horizontal|h|position)_?acc(?:uracy)?|accuracy", "m|mm"),
     "vertical": _quantity("(?:vertical|v|altitude)_?acc(?:uracy)?", "m|mm"),
@@ -102,7 +102,7 @@ _ACCURACY: Final = {
 }
 _FULL_CIRCLE: Final = 360.0
 _WHOLE_DEG: Final = 1e7
-"""Counts of a degree in receivers that send whole numbers; theirs of lengths are mm."""
+"""Counts per degree of receivers that send integers; their lengths are in mm."""
 _FOREIGN_VELOCITY: Final = re.compile(
     _NAME_START + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
 )
@@ -130,29 +130,35 @@ def read_fixes(
     Parameters
     ----------
     source
-        NMEA sentences (GGA, RMC, GST, VTG, ZDA; needs the extra ``nmea``), a solution of RTKLIB
-        (``.pos``), ROS messages of type NavSatFix as JSON or CSV, or a table with columns such as
-        ``time_s``, ``latitude_deg``, ``longitude_deg``, ``height_m`` in any format or object that
-        `read_recording` takes, PX4's ULog among them. ``docs/how-to/fixes.md`` lists the columns.
+        File or object with fixes:
+
+        - NMEA sentences (GGA, RMC, GST, VTG, ZDA); needs the extra ``nmea``
+        - a solution of RTKLIB (``.pos``)
+        - ROS messages of type NavSatFix, as JSON or CSV
+        - a table in any format or object that `read_recording` reads, for example a PX4 ULog
+
+        A table has columns such as ``time_s``, ``latitude_deg``, ``longitude_deg``, ``height_m``.
+        ``docs/how-to/fixes.md`` lists them.
     format : {"nmea", "rtklib", "navsatfix", "table"}, optional
-        Format of a file. Default: found from its content, whatever its suffix.
+        Format of the file. Default: found from its content; the suffix does not matter.
     topic : str, optional
-        The topic of a PX4 log; by default the first with a latitude.
+        Topic of a PX4 log. Default: the first topic with a latitude.
 
     Returns
     -------
     Fixes
-        In order of time, in deg, m and m/s. Rows without a position, or earlier than the row
-        before, are left out; ``notes`` states their number, and assumptions. Times are those of the
-        file: Unix time if it has the date, GPS time in a solution of RTKLIB in that time, and
-        ``epoch`` leads from there to UTC.
+        Fixes in order of time, in deg, m and m/s. Rows without a position and rows not later than
+        the row before are left out. ``notes`` states their number, and assumptions. Times are the
+        file's own: Unix time if the file has dates, or GPS time in some solutions of RTKLIB.
+        ``epoch`` converts them to UTC.
 
     Raises
     ------
     LogError
-        If there is no fix, or the content is not as expected; the message names file and place.
+        If there is no fix, or the content is unexpected. The message names the file and the
+        position.
     ValueError
-        If the format is not known.
+        If the format is unknown.
     OSError
         If the file is missing or cannot be read.
     ImportError
@@ -160,8 +166,8 @@ def read_fixes(
 
     Notes
     -----
-    Heights are above the ellipsoid. NMEA has the height above mean sea level and the geoid's
-    height, which are added; if it has only the first, ``notes`` says so.
+    Heights are above the ellipsoid. NMEA states the height above mean sea level and the geoid's
+    height; their sum is used. If the geoid's height is missing, ``notes`` says so.
 
     Examples
     --------
@@ -182,9 +188,9 @@ def read_fixes(
 
 
 def find_fixes(source: LogSource, timing: Timing, content: Content | None = None) -> Fixes | None:
-    """Return the fixes in a source of sensors, None if it has no places; faults of `read_fixes`.
+    """Return the fixes in a source of sensors; None without positions; errors as in `read_fixes`.
 
-    The content is that of a source that was opened already; a file is opened again without it.
+    `content` is the content of an open source; without it, the file is opened again.
     """
     label = label_of(source)
     try:
@@ -213,7 +219,7 @@ def _read_content(source: LogSource, format: FixFormat | None) -> Content:
 
 
 def _find_format(file: Path, format: FixFormat | None) -> Format | None:
-    """Return the format of a text, None for a file of the format of its suffix."""
+    """Return the format of a text file; None if the suffix determines the format."""
     if file.is_dir():
         return None
     with file.open("rb") as opened_file:
@@ -240,7 +246,7 @@ def _find_format(file: Path, format: FixFormat | None) -> Format | None:
 
 
 def _choose_table(content: Content, topic: str | None) -> Table:
-    """Return the table of the requested topic, or the first that has positions."""
+    """Return the table of the requested topic, or the first table with positions."""
     if topic is not None:
         return content.choose_table(topic)
     tables = content.tables.values()
@@ -263,14 +269,14 @@ def _find_column(table: Table, wanted: re.Pattern[str]) -> int | None:
 
 @dataclass
 class _FixColumns:
-    """Columns of a table by the meaning of their names, and notes about them."""
+    """Columns of a table by the meaning of their names, with notes."""
 
     table: Table
     notes: list[str] = field(default_factory=list)
     whole: bool = False
 
     def numbers(self, wanted: re.Pattern[str]) -> Floats | None:
-        """Return the column of such a name, None if there is none."""
+        """Return the column with a matching name; None if there is none."""
         index = _find_column(self.table, wanted)
         return None if index is None else self.load_numbers(index)
 
@@ -279,7 +285,7 @@ class _FixColumns:
         return np.asarray(to_numbers(column, self.table.label(index)), dtype=np.float64)
 
     def load_coordinates(self) -> list[Floats]:
-        """Return latitudes and longitudes, deg, of one receiver: the first two that belong."""
+        """Return latitude and longitude, deg: the first two columns with the same prefix."""
         latitudes = self._columns_by_prefix(_LATITUDE, "latitude")
         longitudes = self._columns_by_prefix(_LONGITUDE, "longitude")
         pairs = [(i, j) for p, i in latitudes.items() for q, j in longitudes.items() if p == q]
@@ -290,7 +296,7 @@ class _FixColumns:
         return [self._load_degrees(index) for index in pairs[0]]
 
     def _columns_by_prefix(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
-        """Return the columns of such a name by its prefix."""
+        """Return the columns with a matching name, by prefix."""
         columns: dict[str, int] = {}
         for index, name in enumerate(map(to_snake_case, self.table.names or ())):
             if wanted.search(name):
@@ -311,7 +317,7 @@ class _FixColumns:
         return np.degrees(values) if to_snake_case(label).endswith("_rad") else values
 
     def lengths(self, wanted: re.Pattern[str], scale: float = 1e3) -> Floats | None:
-        """Return a column in m or m/s, of whole mm by its name, or as its places are whole."""
+        """Return a column in m or m/s; its integers can be mm, by name or by coordinates."""
         index = _find_column(self.table, wanted)
         if index is None:
             return None
@@ -324,7 +330,7 @@ class _FixColumns:
         return values
 
     def over_ground(self) -> Floats | None:
-        """Return velocities of columns of speed and course, NaN where one is missing."""
+        """Return velocities from speed and course; NaN where one of them is missing."""
         speed, course = _find_column(self.table, _SPEED), self.numbers(_COURSE)
         if speed is None or course is None:
             return None
@@ -343,9 +349,9 @@ class _FixColumns:
         return np.column_stack([values * np.cos(angle), values * np.sin(angle), values * np.nan])
 
     def vector(self, pattern: str) -> Floats | None:
-        """Return north, east and down from columns of a name with these ways, NaN where none is.
+        """Return north, east and down of a quantity; NaN for a direction without a column.
 
-        A column of the way up is down with the other sign.
+        A column of the upward component is inverted.
         """
         components = {
             way: self.numbers(re.compile(pattern.format(way=spelled)))
@@ -361,7 +367,7 @@ class _FixColumns:
         return np.column_stack([unknown if c is None else c for c in components.values()])
 
     def note_on_units(self) -> None:
-        """Note the velocities that are left out because they are in another unit."""
+        """Add a note on velocities that are left out because of their unit."""
         names = self.table.names or ()
         others = [name for name in names if _FOREIGN_VELOCITY.search(to_snake_case(name))]
         if others:
@@ -387,10 +393,10 @@ class _FixColumns:
 
 
 def _unit_of_fixes(name: str, column: Column) -> str | None:
-    """Return the unit of a time of numbers, if neither its name nor the numbers show that.
+    """Return the unit of numeric times if neither the name nor the values show it; else None.
 
-    Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
-    for which `to_seconds` decides, are faster.
+    The interval between fixes is a few milliseconds to a minute. Logs of inertial sensors have
+    shorter intervals; `to_seconds` finds their unit.
     """
     if column.dtype.kind not in "fiu" or len(column) < 2 or find_time_unit(name) is not None:
         return None
@@ -459,7 +465,7 @@ def _make_fixes(table: Table, label: str) -> Fixes:
 
 
 def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | None:
-    """Return velocities in m/s: those of columns, whole numbers scaled by the positions."""
+    """Return velocities in m/s from the columns; the positions determine the scale of integers."""
     found = columns.vector(_VELOCITY)
     if found is None:
         return columns.over_ground()
@@ -468,7 +474,8 @@ def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | 
     north = np.radians(np.diff(position[:, 0])) * _EARTH_M
     east = np.radians(np.diff(position[:, 1])) * _EARTH_M * np.cos(np.radians(position[1:, 0]))
     moved = np.column_stack([north, east]) / np.diff(time)[:, None]
-    # Places are noisy, velocities are not: the slope of those on these has no bias.
+    # Positions are noisy, velocities are not. So the slope of positions over velocities is
+    # unbiased.
     slope = float(np.nansum(moved * found[1:, :2]) / max(np.nansum(found[1:, :2] ** 2), 1e-9))
     scale = min((1.0, 1e2, 1e3), key=lambda one: abs(np.log(max(slope, 1e-9) * one)))
     columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the positions show")
@@ -476,7 +483,7 @@ def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | 
 
 
 def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Booleans:
-    """Return the mask of rows that are fixes, each later than those before."""
+    """Return the mask of rows with a fix that is later than all fixes before."""
     latitude, longitude = position[:, 0], position[:, 1]
     # Loggers write zeros before the first fix.
     has_position = (
@@ -513,7 +520,7 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
         wide = np.column_stack([across, across, across * np.nan if up is None else up])
         columns.notes.append("accuracies are used as standard deviations")
         return np.where(wide > 0.0, wide, np.nan)
-    # Row by row, in east, north and up.
+    # The covariance matrix is stored row by row, in the order east, north, up.
     east, north, up = (
         columns.numbers(re.compile(_VARIANCE.format(index=index))) for index in (0, 4, 8)
     )
@@ -538,7 +545,7 @@ def _find_sigmas(columns: _FixColumns, words: str, unit: str) -> Floats | None:
         sigmas = None if single is None else np.repeat(single[:, None], 3, axis=1)
     if sigmas is None:
         return None
-    # One that is up became negative with its way.
+    # A standard deviation of the upward component was inverted like its velocity.
     sigmas = np.abs(sigmas)
     zero = sigmas == 0.0
     if zero.any():

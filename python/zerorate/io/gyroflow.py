@@ -1,4 +1,4 @@
-"""Logs as Gyroflow takes them with a video: a text with its own header, ``.gcsv``."""
+"""Logs in Gyroflow's format ``.gcsv``, a text with a header, for a video."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CHUNK_ROWS: Final = 100_000
 
 
 def find_triad(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str, Column] | None:
-    """Return the three axes of a sensor in some unit, by the names of their columns."""
+    """Return the three axes of a sensor in any of its units, by the columns' names."""
     axes: dict[int, str] = {}
     for name in columns:
         meaning = meaning_of(name)
@@ -35,14 +35,14 @@ def find_triad(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str,
 
 
 def write_gcsv(log: Log, path: Path, names: Sequence[str]) -> None:
-    """Write a gyro of three axes, rad/s, and an accelerometer of the extra columns, g.
+    """Write the three axes of a gyro, rad/s, and an accelerometer from the extra columns, g.
 
-    Times are whole microseconds from the first sample; samples that are missing are left out.
+    Times are integer microseconds from the first sample. Missing samples are left out.
 
     Raises
     ------
     LogError
-        If the log is not of a gyro with three axes.
+        If the log has no gyro with three axes.
     """
     columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
     gyro = find_triad(columns, "gyro", "rad/s")

@@ -1,4 +1,4 @@
-"""Limits of the cost of reading a file: seconds and bytes by its size, and columns."""
+"""Limits for reading a file: computing time, memory and number of columns."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BYTES_PER_FILE_BYTE: Final = 20
 _BASE_SECONDS: Final = 3.0
 _SECONDS_PER_MB: Final = 0.8
 _MAX_COLUMNS: Final = 16_384
-"""As many as a spreadsheet has."""
+"""Largest number of columns, as in spreadsheets."""
 
 
 def max_bytes(path: Path) -> int:
@@ -27,7 +27,7 @@ def max_seconds(path: Path) -> float:
 
 
 def check_bytes(path: Path, declared: int, what: str) -> None:
-    """Refuse content that is far larger than its file, as only zeros or damage can be packed."""
+    """Raise LogError for content much larger than its file, as in damaged files."""
     if declared > max_bytes(path):
         raise LogError(
             f"{what} would take {shorten(1e-6 * declared, 3)} MB of memory, more than "
@@ -39,7 +39,7 @@ def check_bytes(path: Path, declared: int, what: str) -> None:
 
 
 def check_columns(width: int) -> None:
-    """Refuse a table of more columns than any recording has."""
+    """Raise LogError for a table with more columns than any recording."""
     if width > _MAX_COLUMNS:
         raise LogError(f"the table has {width} columns, expected at most {_MAX_COLUMNS}")
 

@@ -38,7 +38,7 @@ from zerorate.types import Booleans, Floats, Integers
 def fill_grid(
     pieces: Iterator[list[Column]], grid: Grid, rows: int, channels: int, part: range
 ) -> Iterator[Floats]:
-    """Yield arrays (k, rows) of a part of a grid, the last one shorter, NaN in gaps."""
+    """Yield arrays (k, rows) for a part of a grid, NaN in gaps; the last array may be shorter."""
     places = grid.gapped_indices
     source = _RowReader(pieces)
     begin = part.start if places is None else int(np.searchsorted(places, part.start))
@@ -59,14 +59,14 @@ def fill_grid(
 
 
 class _RowReader:
-    """Rows of pieces of any length, taken in order."""
+    """Rows from pieces of any length, in order."""
 
     def __init__(self, pieces: Iterator[list[Column]]) -> None:
         self._pieces = pieces
         self._piece: list[Column] = []
 
     def take(self, begin: int, end: int) -> Iterator[tuple[int, list[Column]]]:
-        """Yield the rows of some numbers, which are the next ones, in parts, each by its first."""
+        """Yield the next rows, from `begin` to before `end`, in parts with their first index."""
         while begin < end:
             if not self._piece or len(self._piece[0]) == 0:
                 self._read_next()
@@ -77,7 +77,7 @@ class _RowReader:
             begin += count
 
     def skip(self, count: int) -> None:
-        """Leave out the next rows."""
+        """Skip the next rows."""
         for _ in self.take(0, count):
             pass
 
@@ -102,14 +102,15 @@ class LogFile:
         Header, known before any data are read. Its notes do not mention columns that are all
         missing.
     time : callable
-        Gives the times of the samples from a first one up to an end, s.
+        Function of a first index and an end; it returns the times of these samples, s.
     blocks : callable
-        Gives the data in arrays (k, rows), the last one shorter, NaN where a sample is missing.
-        While they are read a `LogError` may be raised.
+        Function of a number of rows; it yields the data in arrays (k, rows), NaN where a sample is
+        missing. The last array may be shorter. Reading may raise `LogError`.
     whole : Log or None
-        The log itself, if it is in memory already.
+        Log in memory, if it has been read already.
     stamps : callable or None
-        Gives the times of the samples, as `time` does, if the clock wanders; else None.
+        Function of a first index and an end; it returns the samples' stamps, s. None for a regular
+        clock.
     """
 
     header: Header
@@ -120,7 +121,7 @@ class LogFile:
 
     @classmethod
     def of(cls, log: Log) -> LogFile:
-        """Return a log in memory in the same form."""
+        """Return a log in memory as a `LogFile`."""
 
         def blocks(rows: int) -> Iterator[Floats]:
             for first in range(0, log.n, rows):
@@ -131,7 +132,7 @@ class LogFile:
         return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
 
     def sampled(self, first: int, end: int) -> Floats:
-        """Return the times of samples, s, from a first one up to an end."""
+        """Return the times of the samples from a first index to before an end, s."""
         return (self.stamps or self.time)(first, end)
 
     def log(self) -> Log:
@@ -150,9 +151,9 @@ class LogFile:
 def open_log(
     path: LogSource, *, unit: str | None = None, **arguments: Unpack[ReadArguments]
 ) -> LogFile:
-    """Return a file's log in blocks, with the arguments and faults of `read_log`.
+    """Return a file's log in blocks, with the arguments and errors of `read_log`.
 
-    Of a Parquet file the time column alone is read here; any other format is loaded whole.
+    For a Parquet file, only the time column is read now. All other formats are loaded completely.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=False)[0]
 
@@ -162,10 +163,10 @@ def open_imu(
 ) -> tuple[LogFile, LogFile | None]:
     """Open the log of a gyro, as `open_log` does, and the log of its accelerometer.
 
-    The accelerometer is in the same table: the one with the gyro's device name, or the only one. It
-    is None if there is no accelerometer, if it does not have three axes or cannot be read, or if
-    ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names none, a
-    LogError lists them.
+    The accelerometer is in the same table: it has the gyro's device name, or is the only one. The
+    result has None for it in three cases: it is missing or cannot be read, it does not have three
+    axes, or ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names
+    none, a LogError lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 
@@ -277,7 +278,7 @@ def _make_pieced_log(
 
 
 def _load_column(table: Table, index: int) -> Column:
-    """Return one column, without a second copy of it."""
+    """Return a column without a second copy in memory."""
     assert table.pieces is not None
     column = None
     filled = 0
@@ -287,7 +288,7 @@ def _load_column(table: Table, index: int) -> Column:
             break
         column[filled : filled + len(piece)] = piece
         filled += len(piece)
-    # Missing values turn whole numbers into floats, in some of the pieces only.
+    # Missing values turn integers into floats, but only in the pieces that contain them.
     return table.load([index])[0] if column is None or filled < table.rows else column
 
 
@@ -300,7 +301,7 @@ def _load_head(selection: Selection) -> Floats:
 
 
 def _make_sensor_clock(selection: Selection, rows: Clock, head: Floats) -> Clock:
-    """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
+    """Return the clock of a sensor; only the first values are checked for repeats."""
 
     def again() -> Booleans:
         parts, last = [], None
@@ -326,7 +327,7 @@ def _read_beginning(selection: Selection) -> Iterator[list[Column]]:
 
 
 def _select_rows(used_rows: Integers, pieces: Iterator[list[Column]]) -> Iterator[list[Column]]:
-    """Yield the rows of pieces that are used."""
+    """Yield the used rows of each piece."""
     begin = 0
     for piece in pieces:
         end = begin + len(piece[0])

@@ -1,9 +1,15 @@
-"""Logs as MCAP, which Foxglove and PlotJuggler open: messages of ROS 2 with their schemas.
+"""Logs as MCAP for Foxglove and PlotJuggler: messages of ROS 2 with their schemas.
 
-What a log's columns are called says what they become: ``/imu`` (a gyro of three axes, with the
-accelerometer with it), ``/pose`` (quaternions), ``/fix`` (latitude, longitude, height), ``/bias``
-(three axes), and ``/status`` all the others. The messages of a row are written together, of one
-length each, so that NumPy lays them out. See https://mcap.dev/spec.
+The names of columns determine the topics:
+
+- ``/imu``: a gyro with three axes, and its accelerometer
+- ``/pose``: quaternions
+- ``/fix``: latitude, longitude, height
+- ``/bias``: three axes
+- ``/status``: all other columns
+
+All messages of a row have a fixed length and are written together by NumPy. See
+https://mcap.dev/spec.
 """
 
 from __future__ import annotations
@@ -28,12 +34,12 @@ from zerorate.units import convert
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _CHUNK_ROWS: Final = 8192
-"""Rows of a chunk, which readers hold in memory."""
+"""Rows per chunk; readers load a whole chunk."""
 _COMPRESSION: Final = "lz4"
 _CDR: Final = b"\x00\x01\x00\x00"
 _TOPIC_FRAMES: Final = {"/pose": b"global\0"}
 _FRAME: Final = b"sensor\0"
-"""Description of the axes; as long for all topics, so that the rest is aligned."""
+"""Name of the frame; it has the same length in all topics, for the alignment of the fields."""
 _STAMP: Final = "builtin_interfaces/Time"
 _SEPARATOR: Final = "\n" + "=" * 80 + "\n"
 _HEADER: Final = (
@@ -74,13 +80,13 @@ _UNITS: Final = {"radps": "rad/s", "dps": "deg/s", "degph": "deg/h"}
 
 @dataclass(frozen=True)
 class _Topic:
-    """Messages of a topic: numbers behind the header, constant or of a column each."""
+    """Messages of a topic: after the header, each number is a constant or a column's value."""
 
     name: str
     schema: str
     text: str
     fields: Sequence[tuple[str, str]]
-    """Names of columns, empty for what is constant, and their types; in the order of the bytes."""
+    """Columns' names (empty for constants) and types, in the order of the bytes."""
     values: dict[str, Column]
     constants: Mapping[int, float]
 
@@ -95,7 +101,7 @@ def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
     """
     if log.n and log.sampled[0] < 0:
         raise LogError(f"MCAP has no times before 0, got {log.sampled[0]:g} s")
-    # Doubles hold nanoseconds of a hundred days; of dates since 1970 they hold microseconds.
+    # Doubles resolve nanoseconds up to a hundred days, and only microseconds for dates since 1970.
     step = 1 if log.sampled.max(initial=0.0) < 1e-9 * 2**53 else 1000
     stamps = np.rint(log.sampled * (1e9 / step)).astype(np.int64) * step
     columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
@@ -105,7 +111,7 @@ def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
 
 
 def _make_topics(columns: dict[str, Column]) -> list[_Topic]:
-    """Return the topics of columns, each column in one of them."""
+    """Return the topics; each column is in one of them."""
     remaining = dict(columns)
     topics = []
     for make in (_make_imu, _make_pose, _make_fix, _make_bias):
@@ -128,7 +134,7 @@ def _make_imu(columns: dict[str, Column]) -> _Topic | None:
     fields = [("", "f8")] * 13 + [(name, "f8") for name in gyro] + [("", "f8")] * 9
     fields += [(name, "f8") for name in accel] or [("", "f8")] * 3
     fields += [("", "f8")] * 9
-    # As ROS says of what is not measured.
+    # ROS convention for quantities that are not measured.
     constants: dict[int, float] = {3: 1.0, 4: -1.0} | ({} if accel else {28: -1.0})
     name = "sensor_msgs/msg/Imu"
     return _Topic("/imu", name, _SCHEMAS[name], fields, {**gyro, **accel}, constants)
@@ -171,7 +177,7 @@ def _make_bias(columns: dict[str, Column]) -> _Topic | None:
 
 
 def _make_status(columns: dict[str, Column]) -> _Topic:
-    """Return the messages of a kind of our own, with a number for each column."""
+    """Return the messages with a number for each remaining column, in a schema of zerorate."""
     fields = [(name, "f8") for name, v in columns.items() if v.dtype.kind != "b"]
     fields += [(name, "u1") for name, v in columns.items() if v.dtype.kind == "b"]
     ros_types = {"f8": "float64", "u1": "bool"}
@@ -181,13 +187,13 @@ def _make_status(columns: dict[str, Column]) -> _Topic:
 
 
 def _field_name(name: str, index: int) -> str:
-    """Return a column's name as ROS allows it, unlike that of another column."""
+    """Return a column's name as a valid and unique ROS name."""
     bare = re.sub(r"_+", "_", re.sub(r"[^a-z0-9_]", "_", to_snake_case(name))).strip("_")
     return bare if re.match(r"[a-z]", bare) and bare == name else f"c{index}_{bare}".rstrip("_")
 
 
 class _McapWriter:
-    """The records of a file, as they are written."""
+    """Writer of the file's records."""
 
     def __init__(self, file: IO[bytes], topics: Sequence[_Topic], stamps: Integers) -> None:
         self._file, self._topics, self._stamps = file, topics, stamps
@@ -198,7 +204,7 @@ class _McapWriter:
             _fill_constants(self._rows[f"m{number}"], number, topic)
 
     def write(self) -> None:
-        """Write all of them."""
+        """Write all records."""
         self._file.write(
             _MAGIC + _encode_record(0x01, _encode_text("ros2") + _encode_text("zerorate"))
         )
@@ -210,7 +216,7 @@ class _McapWriter:
         begins = self._file.tell()
         summary = declared + _encode_record(0x0B, self._statistics()) + b"".join(self._chunks)
         footer = struct.pack("<QQ", begins, 0)
-        # The checksum covers the footer as well, up to itself.
+        # The checksum also covers the footer up to the checksum itself.
         checked = summary + b"\x02" + struct.pack("<Q", 20) + footer
         footer += struct.pack("<I", zlib.crc32(checked))
         self._file.write(summary + _encode_record(0x02, footer) + _MAGIC)
@@ -271,7 +277,7 @@ class _McapWriter:
 
 
 def _make_row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
-    """Return the bytes of a row: a record of a message of each topic."""
+    """Return the type of a row: one message record per topic."""
     fields = []
     for number, topic in enumerate(topics, 1):
         message_fields = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4")]
@@ -282,7 +288,7 @@ def _make_row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
             ("size", "<u4"),
             ("frame", "V7"),
         ]
-        # Numbers of eight bytes align: behind 12 of the stamp and the size, 7 of the frame.
+        # Align the 8-byte numbers: 12 bytes of stamp and size, 7 bytes of the frame come before.
         fill = [("fill", "V5")] if topic.fields[0][1] == "f8" else []
         message_fields += fill + [(f"f{i}", f"<{k}") for i, (_, k) in enumerate(topic.fields)]
         fields.append((f"m{number}", np.dtype(message_fields)))

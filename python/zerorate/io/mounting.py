@@ -1,4 +1,4 @@
-"""Read from a file's metadata how its sensors are mounted."""
+"""Reading of the sensors' mounting from a file's metadata."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_of
 def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     """Read the mounting of the sensors from the metadata of a Parquet file.
 
-    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, an
-    offset to add to the times of the fixes, or imu_time_offset_s, one to add to those of the
-    sensors. Files of other formats have no such metadata.
+    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m and time_offset_s.
+    time_offset_s is added to the times of the fixes; imu_time_offset_s, its alternative, to the
+    times of the sensors. Other file formats have no such metadata.
 
     Raises
     ------
@@ -51,16 +51,16 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
 
 
 def mounting_of(text: str) -> Mounting:
-    """Return the mounting in a text: nine numbers of a rotation row by row, or a file.
+    """Return the mounting from a text: nine numbers of a rotation row by row, or a file's path.
 
-    A file has the numbers in its text, or the mounting in its metadata.
+    The file contains the nine numbers, or has the mounting in its metadata.
 
     Raises
     ------
     ArgumentError
-        If these are not nine numbers.
+        If the text does not have nine numbers.
     LogError
-        As in `read_mounting`.
+        If the metadata cannot be read.
 
     Examples
     --------

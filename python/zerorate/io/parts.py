@@ -1,4 +1,4 @@
-"""Parts of a table: the rows of one sensor or recording among those of several."""
+"""Parts of a table with several sensors or recordings: the rows of one of them."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from zerorate.types import Integers
 
 @dataclass(frozen=True)
 class Part:
-    """Rows of a source that are a record of their own, as `zerorate.io.split_log` returns them.
+    """Rows of a source that form one record, as `zerorate.io.split_log` returns them.
 
     Parameters
     ----------
     name
-        Common value of the rows in the column that distinguishes them.
+        Value of these rows in the column that distinguishes the records.
     label
-        What messages and outputs call it.
+        Name of the record in messages and outputs.
     kind, content
         Format of the source, and the rows.
     """
@@ -37,12 +37,12 @@ class Part:
 
 
 def split_table(table: Table, column: int) -> dict[str, Table]:
-    """Return the rows of each value in a column, in the order in which the values first appear.
+    """Return the rows for each value of a column, in the order of first appearance.
 
     Raises
     ------
     LogError
-        If a row has no value there, or hardly any value comes twice.
+        If a row has no value in the column, or hardly any value occurs twice.
     """
     names, value_numbers = _number_values(_load_labels(table, column), table.label(column))
     return {
@@ -56,7 +56,7 @@ def _load_labels(table: Table, index: int) -> Column:
 
 
 def _number_values(labels: Column, column: str) -> tuple[list[str], Integers]:
-    """Return the different values as texts, and of each row which one it has, shape (n,)."""
+    """Return the distinct values as texts, and the index of each row's value, shape (n,)."""
     texts = [_format_value(value) for value in labels.tolist()]
     if None in texts:
         raise LogError(f"column '{column}' has no value in row {texts.index(None)}")
@@ -71,7 +71,7 @@ def _number_values(labels: Column, column: str) -> tuple[list[str], Integers]:
 
 
 def _format_value(value: object) -> str | None:
-    """Return a value as a person writes it, None where it is missing."""
+    """Return a value as text for people; None if it is missing."""
     if value is None or value != value or str(value).strip() in ("", "NaT", "<NA>"):
         return None
     if isinstance(value, float) and value.is_integer():
@@ -87,9 +87,9 @@ def _select_rows(table: Table, rows: Integers) -> Table:
 
 
 def suggest_grouping(table: Table, time: int | None, stamps: Column | None) -> str | None:
-    """Return a sentence on the column that makes several records of one with a broken clock.
+    """Return a sentence on a column that splits a table with a broken clock into records.
 
-    That is one within each of whose values the stamps rise, though in the file they do not.
+    Within each value of this column the stamps increase, but not in the whole file.
     """
     if time is None or stamps is None or table.names is None or len(stamps) < 2:
         return None

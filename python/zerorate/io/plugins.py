@@ -1,8 +1,8 @@
-"""Readers of other packages: the entry points of the group ``zerorate.readers``.
+"""Readers from other packages: the entry points of the group ``zerorate.readers``.
 
-The name of an entry point is a suffix, such as ``.acm``; its object is a function that takes the
-path of a file. It returns columns by name, or those and what the file states of them (the fields of
-`Metadata`), or a whole `Content`. The package is imported when a file of that suffix is read.
+The name of an entry point is a suffix, such as ``.acm``. Its object is a function of the path of a
+file. It returns one of three: columns by name; columns and metadata (the fields of `Metadata`); a
+complete `Content`. The package is imported when a file with this suffix is read.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def plugin_formats() -> tuple[Format, ...]:
 
 
 def find_plugin(suffix: str) -> Format | None:
-    """Return the format of a suffix, if another package reads it; LogError if two do."""
+    """Return the format of a suffix from another package, if any; LogError if there are two."""
     found = [form for form in plugin_formats() if suffix in form.suffixes]
     if len(found) > 1:
         packages = " and ".join(form.description for form in found)
@@ -45,7 +45,7 @@ def _make_format(point: EntryPoint) -> Format:
 
 
 def _content_of(answer: Any, reader: str) -> Content:  # noqa: ANN401
-    """Return the content of what a reader returned."""
+    """Return the content from a reader's return value."""
     if isinstance(answer, Content):
         return answer
     columns, known = answer if isinstance(answer, tuple) else (answer, None)

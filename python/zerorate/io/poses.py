@@ -1,4 +1,4 @@
-"""Read poses from TUM's text and from EuRoC's table."""
+"""Reading of poses from TUM texts and EuRoC tables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zerorate.record.regular import read_regular_text
 
 _COLUMN_COUNT: Final = 8
 _MAX_SECONDS: Final = 1e14
-"""Times from here on are no seconds: these would be three million years."""
+"""Upper bound of times in seconds, three million years; larger times have another unit."""
 _EXPECTED: Final = (
     "expected TUM's text, 'time x y z qx qy qz qw' with blanks between, or EuRoC's table, "
     "'time [ns],x,y,z,qw,qx,qy,qz,...'"
@@ -23,27 +23,26 @@ _EXPECTED: Final = (
 
 
 def read_poses(path: str | os.PathLike[str]) -> Poses:
-    """Return the poses in a file of TUM's text or of EuRoC's table of ground truth.
+    """Return the poses in a TUM text or a EuRoC ground-truth table.
 
     Parameters
     ----------
     path : str or path
-        TUM: ``time x y z qx qy qz qw`` with blanks between. EuRoC: commas between, the time in ns,
-        ``x,y,z,qw,qx,qy,qz``, and further columns that are not read. Lines that begin with ``#``
-        are left out.
+        Path of the file. TUM: ``time x y z qx qy qz qw``, separated by blanks. EuRoC: separated by
+        commas, time in ns, ``x,y,z,qw,qx,qy,qz``; further columns are ignored. Lines that begin
+        with ``#`` are skipped.
 
     Returns
     -------
     Poses
-        On the file's own clock, in s; a pose whose time is not later than the one before is left
-        out.
+        Poses on the file's own clock, s. A pose not later than the pose before is left out.
 
     Raises
     ------
     LogError
-        If it is neither.
+        If the file has neither format.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     name = Path(path).name
     try:
@@ -55,7 +54,7 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
     commas = bool(rows) and "," in rows[0]
     cells_of_rows = [line.split(",") if commas else line.split() for line in rows]
     if cells_of_rows and not _is_number(cells_of_rows[0][0]):
-        cells_of_rows = cells_of_rows[1:]  # a line of names
+        cells_of_rows = cells_of_rows[1:]  # the line of names
     if not cells_of_rows:
         raise LogError(f"{name}: it holds no pose; {_EXPECTED}")
     values = np.array([_parse_numbers(cells, name, commas) for cells in cells_of_rows])

@@ -1,4 +1,4 @@
-"""Selections from the tables of a source: gyros, accelerometers, or requested columns."""
+"""Selection and reading of gyros, accelerometers or requested columns from a source's tables."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from zerorate.types import Floats
 
 
 class ReadArguments(TypedDict, total=False):
-    """Arguments of `read_log` but source and unit, which all take that read a log."""
+    """Arguments of `read_log`, except source and unit, shared by all functions that read a log."""
 
     rate: float | None
     columns: Columns
@@ -54,18 +54,18 @@ class ReadArguments(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Caller's options of reading, except the columns that make a log.
+    """Caller's options of reading, except the choice of sensors.
 
     Parameters
     ----------
     rate, columns, topic, sensor
-        As in `read_log`; the rate is checked.
+        Arguments of `read_log`; the rate has been checked.
     scaling
-        What values are multiplied by.
+        Factors for the values.
     span
-        Part of the log.
+        Part of the log to read.
     timing
-        What is said of the timestamps.
+        Caller's choices on the timestamps.
     """
 
     rate: float | None = None
@@ -91,7 +91,7 @@ class ReadOptions:
         time_unit: str | None = None,
         torn: str | None = None,
     ) -> ReadOptions:
-        """Return the arguments of a reader after checking them; ValueError if one is not valid."""
+        """Return the options from a reader's arguments; ValueError if an argument is not valid."""
         checked = None if rate is None else check_rate(rate)
         span, timing = Span(start, stop), Timing(time, time_unit, torn)
         return cls(checked, columns, topic, Scaling.of(scale), span, timing, sensor)
@@ -99,7 +99,7 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class Selection:
-    """Selection from a table: the sensors and their columns, that of the time, the rate stated."""
+    """Sensors selected from a table, with their columns, the time column and the stated rate."""
 
     table: Table
     sensors: tuple[Sensor, ...]
@@ -117,7 +117,7 @@ class Selection:
         return [self.table.label(index) for index in self.data]
 
     def meta(self, source_meta: dict[str, str], grid: Grid) -> dict[str, object]:
-        """Return the metadata of every sensor, with those of the source."""
+        """Return the metadata of every sensor, with the metadata of the source."""
         own = self.table.meta
         calibration = None if own.calibration is None else dict(own.calibration)
         known = {"sensor": own.sensor, "axes": own.axes, "calibration": calibration}
@@ -145,86 +145,94 @@ def read_log(
     Parameters
     ----------
     source
-        A file: a text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz``, ``.parquet``, Arrow IPC
-        (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1 ``.bag``, the folder
-        or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``, ArduPilot's ``.bin`` or its text,
-        a camera's ``.mp4``, Betaflight's ``.bbl``. Or an object: a data frame of pandas or polars,
-        a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
-        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` describes what is read
-        from each.
+        A file or an object in memory; ``docs/reference/logs.md`` describes each.
+
+        - text tables: ``.csv .tsv .txt .dat``
+        - arrays: ``.npy``, ``.npz``, ``.mat``, HDF5 (``.h5 .hdf5``)
+        - Parquet (``.parquet``) and Arrow IPC (``.arrow .feather .ipc``)
+        - ROS: ROS 1 ``.bag``, folder or ``.db3`` of a ROS 2 bag, ``.mcap``
+        - autopilots: PX4's ``.ulg``, ArduPilot's ``.bin`` or its text, Betaflight's ``.bbl``
+        - cameras: ``.mp4``
+        - data frames of pandas or polars, and objects with ``__arrow_c_stream__``
+        - dicts of arrays by name, structured arrays, arrays (n,) or (n, k)
     rate
-        Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
-        metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
+        Samples per second, Hz. Necessary if the file has neither timestamps nor a rate in its
+        metadata. With timestamps, it must agree with them to 1 %, and becomes the rate of the log.
     columns
-        Names or indices (from 0, negative from the end), or a single one. By default the axes x, y,
-        z of one gyro by their names (``gyro_x_dps``, ``wx``, ``angular_velocity.x``), whatever
-        their order in the file; in a table without names all columns but the time, if these are
-        three or fewer.
+        Names or indices of columns, or a single one. Indices begin at 0; negative ones count from
+        the end. Default: the axes x, y, z of one gyro, found by their names (``gyro_x_dps``,
+        ``wx``, ``angular_velocity.x``) in any order. In a table without names: all columns except
+        the time, if these are at most three.
     unit
-        ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
-        say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
-        metadata; ``"unit"`` where it is unknown. Values are never converted.
+        ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, if the file does not state
+        it. Default: the suffix of the columns' names (``_dps``, ``[rad s^-1]``), or else the
+        metadata; ``"unit"`` if unknown. Values are never converted.
     topic
-        Topic to read from a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
-        of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
+        Topic of a ROS recording or a PX4 log. Necessary if several ROS topics have
+        ``sensor_msgs/Imu``. Default for PX4: ``sensor_combined``, or else the first topic with a
+        gyro.
     sensor
-        Gyro of several: words of its columns' names, such as ``"imu2"``, ``"left ankle"`` or
-        ``"uncalibrated"``; ``"all"`` for those of every device together. By default one of three
-        axes, unfiltered rather than filtered, calibrated rather than raw counts, and the first in
-        the file; a note names the others.
+        One of several gyros, by words of its columns' names, such as ``"imu2"``, ``"left ankle"``
+        or ``"uncalibrated"``. ``"all"`` reads the gyros of all devices together. Default, in this
+        order: three axes, unfiltered rather than filtered, calibrated rather than raw, the first in
+        the file. A note names the others.
     scale
-        Factor of the values, if they are raw counts or not in `unit`: a number, or
-        `zerorate.raw_counts` of a device, whose unit is then known.
+        Factor for the values, if they are raw counts or not in `unit`: a number, or the result of
+        `zerorate.raw_counts`, which also determines the unit.
     start, stop
-        Part of the log to read, in seconds from the first sample: from `start` to before `stop`. By
-        default all of it. The clock is always that of the whole log.
+        Part of the log to read: from `start` to before `stop`, s after the first sample. Default:
+        the whole log. The clock is always determined from the whole log.
     time
-        Name or index of the column with the timestamps, if it is not found by its name; False to
-        ignore timestamps and use `rate`.
+        Name or index of the time column, if its name does not show it. False ignores timestamps and
+        uses `rate`.
     time_unit
         Unit of numeric timestamps, if neither their name nor their values show it: ``"s"``,
         ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``, ``"days"``, or ``"samples"``
-        of the `rate` stated.
+        at the stated `rate`.
     torn
-        ``"skip"`` leaves out lines of a text table that are not whole rows; by default such a line,
-        unless it is the last or the first, is an error that names it.
+        ``"skip"`` omits lines of a text table that are not complete rows. By default such a line
+        raises an error that names it, except in the first and last line.
 
     Returns
     -------
     Log
-        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports on
-        the timestamps, ``meta["notes"]`` on assumptions.
+        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` describes
+        the timestamps, ``meta["notes"]`` the assumptions.
 
     Raises
     ------
     LogError
-        If the content is not as expected, or the log is shorter than ``start`` or ``stop``; the
-        message names file, place and expectation.
+        If the content is unexpected, or the log is shorter than ``start`` or ``stop``. The message
+        names the file, the position and what was expected.
     ValueError
         If ``rate``, ``unit``, ``scale``, ``start``, ``stop`` or ``time_unit`` is not valid.
     TypeError
-        If the object is none of these.
+        If the object has none of these types.
     OSError
-        If the file is missing, a folder, or not readable.
+        If the file is missing, a folder, or cannot be read.
     ImportError
         If the format needs a package that is not installed; the message names the extra.
 
     Notes
     -----
-    The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so, else ``millis``,
-    ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` or ``datetime`` if it rises. It holds
-    numbers, dates or times of day. The unit of numbers is `time_unit`, else the suffix (``_s _ms
-    _us _ns``), else the one in which they are dates of this century, else the only one in which
-    the rows have the `rate` stated or one of 0.5 Hz to 32 kHz; where two remain the log is
-    refused. In a table without names the first column is the time if it rises in near-equal steps
-    over most rows and no other column does; if it only counts rows (0, 1, 2, ...) it is left out,
-    and ``rate`` is needed. If the clock wanders its stamps are kept, in ``stamps``.
+    The time column has the name ``time``, ``t``, ``timestamp``, ``stamp`` or similar. Other names,
+    ``millis``, ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` and ``datetime``, count if
+    the values increase. The values are numbers, dates or times of day.
 
-    Missing samples, found by the stamps' deviation from a uniform clock, become NaN rows.
-    Late or repeated stamps do not add or drop rows. If the clock jumps back, the rows keep the
-    file's order and the time goes on. Samples that a host stamped on arrival, in bursts, get the
-    times of the regular clock below the stamps. Rows that repeat the one before because the sensor
-    is slower than its log are left out, unless ``rate`` is that of the timestamps.
+    The unit of numbers is `time_unit`, or else the suffix (``_s _ms _us _ns``). Without either, it
+    is the unit in which the numbers are dates of this century. Otherwise it is the only unit that
+    gives the stated `rate`, or a rate from 0.5 Hz to 32 kHz. If two units remain, an error is
+    raised.
+
+    In a table without names, the first column is the time if it increases in near-equal steps over
+    most rows and no other column does. A column that only counts rows (0, 1, 2, ...) is left out,
+    and ``rate`` is necessary. The stamps of a wandering clock are kept in ``stamps``.
+
+    Missing samples, found by comparing the stamps with a uniform clock, become NaN rows. Late or
+    repeated stamps do not add or remove rows. If the clock jumps back, the rows keep the file's
+    order and the time continues. Samples that a host stamped on arrival, in bursts, get the times
+    of the regular clock that fits the earliest stamps. A sensor slower than its log repeats rows;
+    the repeated rows are left out, unless ``rate`` is the rate of the timestamps.
 
     Examples
     --------
@@ -246,11 +254,11 @@ def read_log(
 
 
 Find = Callable[[Evidence], tuple[list[Sensor], list[str]]]
-"""Finds the sensors that are wanted among the columns of a table, with notes."""
+"""Function that finds the requested sensors among a table's columns; it also returns notes."""
 
 
 def find_one(options: ReadOptions, unit: str | None, is_sole: bool = False) -> Find:
-    """Return a function that finds a gyro, or takes the columns that are named as one sensor."""
+    """Return a function that finds a gyro, or uses the requested columns as one sensor."""
     stated = None if unit is None else canonical_unit(unit)
 
     def find(evidence: Evidence) -> tuple[list[Sensor], list[str]]:
@@ -264,7 +272,7 @@ def find_one(options: ReadOptions, unit: str | None, is_sole: bool = False) -> F
 def _find_columns(
     evidence: Evidence, options: ReadOptions, kinds: Sequence[str], is_sole: bool = False
 ) -> tuple[tuple[int, ...], list[str]]:
-    """Return the columns that are named, or those of one sensor of each kind, and notes."""
+    """Return the requested columns, or the columns of one sensor per kind, and notes."""
     table = evidence.table
     if options.columns is not None:
         check_samples(table, options.columns)
@@ -280,9 +288,9 @@ def _find_columns(
 
 
 def read_logs(source: LogSource, options: ReadOptions, find: Find) -> list[Log]:
-    """Return a log for each sensor found in a source, all from one reading.
+    """Return a log for each sensor that `find` selects in a source, from one reading.
 
-    Faults are as of `read_log`.
+    Errors are as in `read_log`.
     """
     label = label_of(source)
     try:
@@ -298,7 +306,7 @@ def read_logs(source: LogSource, options: ReadOptions, find: Find) -> list[Log]:
 
 
 def cut_logs(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
-    """Yield the parts of logs that lie in a span; LogError if one has none."""
+    """Yield the parts of logs within a span; LogError for a log without samples in it."""
     for part in span.of(logs):
         if part is None:
             raise span.empty_error()
@@ -308,7 +316,7 @@ def cut_logs(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
 def select(
     evidence: Evidence, sensors: Sequence[Sensor], rate: float | None, notes: Sequence[str] = ()
 ) -> Selection:
-    """Return the selection of some sensors; LogError if there is neither a clock nor a rate."""
+    """Return the selection of sensors; LogError if there is neither a clock nor a rate."""
     table, rate = evidence.table, _find_rate(rate, evidence.table)
     time = evidence.time_of([index for sensor in sensors for index in sensor.indices])
     if time is None and rate is None:
@@ -317,7 +325,7 @@ def select(
 
 
 def _lacking_rate(table: Table) -> str:
-    """Return the refusal of a table without timestamps and without a rate."""
+    """Return the message for a table with neither timestamps nor a rate."""
     hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
     lacking = "there are no timestamps for the sampling rate; give "
     rate = keyword_argument("rate")
@@ -325,7 +333,7 @@ def _lacking_rate(table: Table) -> str:
 
 
 def make_row_clock(selection: Selection, column: Column | None, rows: int) -> Clock:
-    """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
+    """Return the clock of a table's rows, from a column of timestamps or the stated rate."""
     if selection.time is not None and column is not None:
         column = convert_texts(column, selection.table.label(selection.time))
     hint = suggest_grouping(selection.table, selection.time, column)
@@ -337,7 +345,7 @@ def make_row_clock(selection: Selection, column: Column | None, rows: int) -> Cl
 
 
 def _read_stamps(selection: Selection, column: Column | None) -> Stamps | None:
-    """Return the timestamps in a column, None where there is none."""
+    """Return the timestamps in a column; None without a column."""
     if selection.time is None or column is None:
         return None
     if len(column) == 0:
@@ -350,7 +358,7 @@ def _read_stamps(selection: Selection, column: Column | None) -> Stamps | None:
 
 
 def load_columns(selection: Selection) -> tuple[list[Column], Column | None]:
-    """Return the columns of data, and that of the time where there is one."""
+    """Return the data columns, and the time column if there is one."""
     if selection.time is None:
         return selection.table.load(selection.data), None
     *columns, time = selection.table.load((*selection.data, selection.time))
@@ -360,9 +368,9 @@ def load_columns(selection: Selection) -> tuple[list[Column], Column | None]:
 def make_logs(
     selection: Selection, source_meta: dict[str, str], rows: Clock | None = None
 ) -> list[Log]:
-    """Return a log for each group, all from one reading; ``source_meta`` is said of the source.
+    """Return a log for each sensor, all from one reading.
 
-    ``rows`` is the clock of the rows where that is known.
+    ``source_meta`` is metadata of the source; ``rows`` is the clock of the rows, if known.
     """
     columns, time = load_columns(selection)
     rows = rows or make_row_clock(selection, time, len(columns[0]))
@@ -374,9 +382,9 @@ def make_logs(
 
 
 def iter_values(selection: Selection, columns: list[Column]) -> Iterator[tuple[Sensor, Floats]]:
-    """Yield each sensor with its values, shape (n, k); columns are forgotten once they are copied.
+    """Yield each sensor with its values, shape (n, k), and release the columns after copying.
 
-    A long log would else be in memory twice.
+    A long log would otherwise be in memory twice.
     """
     columns.reverse()
     for sensor in selection.sensors:
@@ -384,7 +392,7 @@ def iter_values(selection: Selection, columns: list[Column]) -> Iterator[tuple[S
         if rows == 0:
             raise LogError("there are columns but no rows")
         values = np.empty((rows, len(sensor.indices)))
-        # Some bits are a NaN that warns when it becomes a double.
+        # Some bit patterns are a NaN that causes a warning when converted to double.
         with np.errstate(invalid="ignore"):
             for axis, index in enumerate(sensor.indices):
                 values[:, axis] = to_numbers(columns.pop(), selection.table.label(index))
@@ -399,9 +407,9 @@ def make_log(
     source_meta: dict[str, str],
     others: Iterable[Log] = (),
 ) -> Log:
-    """Return the log of one sensor, whose rows are those of a clock.
+    """Return the log of one sensor with the clock of its rows.
 
-    Its times are those of another log that has the same.
+    If another log has equal times, both share one array.
     """
     names, grid = list(map(selection.table.label, sensor.indices)), clock.grid
     data = scale_values(_put_on_grid(values, grid), sensor.factor)
@@ -415,7 +423,7 @@ def make_log(
 
 
 def _even_times(clock: Clock, others: Iterable[Log]) -> Floats:
-    """Return the times of a clock's even grid, those of another log where they are the same."""
+    """Return the times of a clock's uniform grid; the array of another log if it is equal."""
     grid = clock.grid
     for log in others:
         if (log.n, log.rate, log.time[0]) == (grid.length, grid.rate, clock.start):
@@ -433,7 +441,7 @@ def _find_rate(rate: float | None, table: Table) -> float | None:
 
 
 _MAX_NAMED: Final = 3
-"""Columns that a sentence names."""
+"""Number of columns listed in a sentence."""
 
 
 def _put_on_grid(values: Floats, grid: Grid) -> Floats:
@@ -447,7 +455,7 @@ def _put_on_grid(values: Floats, grid: Grid) -> Floats:
 
 
 def scale_values(values: Floats, factor: float | None) -> Floats:
-    """Return values of any shape times a factor, if there is one."""
+    """Return values of any shape multiplied by a factor; unchanged without a factor."""
     if factor is None:
         return values
     with np.errstate(over="ignore", invalid="ignore"):
@@ -457,7 +465,7 @@ def scale_values(values: Floats, factor: float | None) -> Floats:
 def describe_assumptions(
     selection: Selection, sensor: Sensor, head: Floats, clock: Clock
 ) -> list[str]:
-    """Return the sentences on assumptions about a sensor: its unit, by its head, and its clock."""
+    """Return the sentences on assumptions about a sensor's unit and its clock."""
     notes, grid = list(selection.table.meta.notes), clock.grid
     names = list(map(selection.table.label, sensor.indices))
     counts = None
@@ -477,13 +485,13 @@ def describe_assumptions(
 
 
 def _needs_unit(names: Sequence[str]) -> bool:
-    """Return True if the unit matters: of a magnetometer only the direction counts."""
+    """Return True if the unit matters; for a magnetometer only the direction matters."""
     meanings = [meaning_of(name) for name in names]
     return any(meaning is None or meaning.kind in ("gyro", "accel") for meaning in meanings)
 
 
 def _describe_unit(names: Sequence[str], factor: float | None) -> str:
-    """Return the sentence on a unit that is not known, or not computed with."""
+    """Return the sentence on a unit that is unknown or not supported."""
     foreign = foreign_unit(names)
     if foreign is None:
         listed = ", ".join(names[:_MAX_NAMED]) + (" and so on" if len(names) > _MAX_NAMED else "")
@@ -517,7 +525,7 @@ def _describe_bursts(grid: Grid) -> Iterator[str]:
 
 
 def describe_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:
-    """Return the sentences on columns without a sample."""
+    """Return the sentences on columns without samples."""
     pairs = zip(names, missing, strict=True)
     return [f"column '{name}' is all missing" for name, empty in pairs if empty]
 
@@ -535,23 +543,22 @@ def read_sensors(
     source
         As in `read_log`.
     unit
-        Where the file does not say it: of an angular rate, of an acceleration, or both, with a
-        comma between or as a sequence. A column that neither its name nor its suffix places is of
-        the first.
+        Unit of the rates, of the accelerations, or both (with a comma, or as a sequence). Give it
+        if the file does not state it. A column without a known sensor or suffix has the first unit.
     **arguments
-        As in `read_log`. By default the axes of every gyro and accelerometer are read, one of each
-        device, and of every device; ``scale`` may be of both, ``{"gyro": 1 / 131, "accel":
-        1 / 16384}``; ``start`` and ``stop`` count from the earlier of the two first samples.
+        Arguments of `read_log`. By default one gyro and one accelerometer of every device are read.
+        ``scale`` can have a factor for each kind, ``{"gyro": 1 / 131, "accel": 1 / 16384}``.
+        ``start`` and ``stop`` count from the earlier of the two first samples.
 
     Returns
     -------
     tuple of Log
-        One or two, gyros first, on one clock unless one of them is slower than its rows.
+        One or two logs, gyros first. They share a clock, unless one sensor is slower than its rows.
 
     Raises
     ------
     LogError, ValueError, TypeError, OSError, ImportError
-        As `read_log`, and if two units of one kind, or of a kind without columns, are given.
+        As `read_log`. Also if a kind gets two units, or a unit is given for a kind without columns.
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
     units = _sort_units([canonical_unit(unit_name) for unit_name in listed])
@@ -584,7 +591,7 @@ def _sort_units(units: list[str]) -> dict[str, str]:
 def _sort_by_kind(
     evidence: Evidence, indices: Sequence[int], units: Mapping[str, str]
 ) -> list[Sensor]:
-    """Return columns as one gyro and one accelerometer; those of neither are of the first unit."""
+    """Return columns as a gyro and an accelerometer; other columns get the first unit."""
     file_kind = KIND_OF_UNIT.get(evidence.table.meta.unit or "")
     fallback = next(iter(units), file_kind if file_kind in _QUANTITIES else "gyro")
     kinds = [_find_kind(evidence.table.label(index), fallback or "gyro") for index in indices]

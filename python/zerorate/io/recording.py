@@ -1,4 +1,4 @@
-"""The reading of recordings: all sensors of a file, found by the names of columns and topics."""
+"""Reading of recordings: all sensors of a file, found by names of columns and topics."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ KINDS: Final = (
     "baseline",
 )
 _NAMEABLE_KINDS: Final = ("gyro", "accel", "mag")
-"""Kinds whose columns may be named."""
+"""Kinds of sensors with columns that the caller can name."""
 _MAX_JITTER_PERIODS: Final = 0.25
-"""Periods by which stamps leave a clock that is not the sensor's own."""
+"""Smallest deviation of stamps from a clock that shows rows of several clocks, periods."""
 
 
 def read_recording(
@@ -72,58 +72,58 @@ def read_recording(
     time_unit: str | None = None,
     torn: str | None = None,
 ) -> Recording:
-    """Return the logs of all sensors in a file, found by the names of its columns and topics.
+    """Return the logs of all sensors in a file, found by names of columns and topics.
 
     Parameters
     ----------
     source
-        As in `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
-        receiver, whose logs keep their own clocks.
+        Source as in `read_log`, or a list of sources, such as the files of an IMU and of a GNSS
+        receiver. The logs of each source keep their own clocks.
     rate
-        Samples per second of the gyro and of sensors without timestamps, Hz.
+        Samples per second of the gyro and of all sensors without timestamps, Hz.
     columns
-        Names or indices of the gyro's columns, or of those of several kinds, ``{"gyro": ["p", "q",
-        "r"], "accel": [4, 5, 6]}``, also ``mag``; by default they are found, one log a sensor.
+        Names or indices of the gyro's columns, or columns of ``gyro``, ``accel`` and ``mag`` by
+        kind: ``{"gyro": ["p", "q", "r"], "accel": [4, 5, 6]}``. Default: found, one log per sensor.
     reference
-        Names or indices of the reference's columns; by default those named ``encoder``, ``ref_``,
-        ``truth_`` or so, and quaternions.
+        Names or indices of the reference's columns. Default: quaternions, and columns with names
+        like ``encoder``, ``ref_`` or ``truth_``.
     unit
-        Of the gyro, or of several kinds, ``{"gyro": "deg/s", "accel": "g"}``, where the file does
-        not say it. Values are never converted.
+        Unit of the gyro, or units by kind, ``{"gyro": "deg/s", "accel": "g"}``, if the file does
+        not state them. Values are never converted.
     topic
-        The topic of a ROS recording or a PX4 log that comes first, so that its gyro is ``gyro``.
+        Topic of a ROS recording or a PX4 log to read first: its gyro is then named ``gyro``.
     only
-        Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
-        ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
-        ``velocity_sigma``, their standard deviations; ``pressure``, ``height`` of a barometer,
-        ``heading``, and ``baseline`` of two antennas.
+        Kinds of logs to read, default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
+        ``gravity``, ``reference``, ``position``, ``velocity``, ``position_sigma``,
+        ``velocity_sigma``, ``pressure``, ``height`` (of a barometer), ``heading`` and ``baseline``
+        (between two antennas).
     sensor
-        Sensor of several, as of `read_log`. By default there is a log for each device, and of
-        values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
+        One of several sensors, as in `read_log`. Default: a log for each device. If a sensor has
+        raw, calibrated and filtered values, the best stage is read, and ``notes`` says so.
     scale
-        Factors of the values: a number for the gyro, ``{"gyro": 1 / 131, "accel":
-        1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
+        Factors for the values: a number for the gyro, factors by kind, ``{"gyro": 1 / 131, "accel":
+        1 / 16384}``, or the result of `zerorate.raw_counts`, which also determines the units.
     start, stop
-        Part of the logs to read, s: from `start` to before `stop`, counted from the earliest sample
-        of all logs of a source; those of a list have clocks of their own. Another sensor than the
-        gyro without a sample there is left out, and ``notes`` says so.
+        Part of the logs to read: from `start` to before `stop`, s after the earliest sample of the
+        source. In a list, each source counts from its own earliest sample. Sensors without samples
+        in this part are left out with a note; a gyro raises an error.
     time, time_unit, torn
-        As in `read_log`; in a source of several tables the column is that of those that have it.
+        As in `read_log`. With several tables, `time` applies to those that have the column.
 
     Returns
     -------
     Recording
-        Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
-        second row or fewer has a log at its own rate. The recording's ``fixes``, ``mounting`` and
-        ``tables`` are read at first access.
+        Logs of shape (n, k), NaN where a sample is missing. A sensor with a value in at most every
+        second row gets a log at its own rate. ``fixes``, ``mounting`` and ``tables`` are read at
+        first access.
 
     Raises
     ------
     LogError
-        If nothing in it looks like a sensor, or a gyro cannot be read, as `read_log` does. Other
-        sensors that cannot be read are left out, and ``notes`` says so.
+        If no column looks like a sensor, or a gyro cannot be read (see `read_log`). Other sensors
+        that cannot be read are left out, with a note in ``notes``.
     ValueError, TypeError, OSError, ImportError
-        As `read_log`; also if a kind is not known.
+        As `read_log`; also if a kind is unknown.
 
     Examples
     --------
@@ -157,10 +157,10 @@ def read_topic(
     only: Iterable[str] | None = None,
     **arguments: Unpack[ReadArguments],
 ) -> Recording:
-    """Return the recording of one topic alone, the one that `read_log` would read.
+    """Return the recording of one topic, the same topic that `read_log` would read.
 
-    Arguments and faults are those of `read_recording` and, of several topics to choose from, those
-    of `read_log`.
+    Arguments and errors are as in `read_recording`. If the topic is ambiguous, the error is as in
+    `read_log`.
     """
     options = ReadOptions.of(**arguments)
     request = _make_request(options, {"gyro": options.columns}, reference, unit, only)
@@ -256,11 +256,11 @@ class _Request:
     is_single_topic: bool = False
 
     def stated_unit(self, sensor: Sensor) -> str | None:
-        """Return the unit that is stated for a sensor; gravity is in that of accelerations."""
+        """Return the stated unit of a sensor; gravity has the unit of accelerations."""
         return self.unit.get("accel" if sensor.kind == "gravity" else sensor.kind)
 
     def requires(self, sensors: Iterable[Sensor]) -> bool:
-        """Return True if one of these sensors was requested, so that its faults are errors."""
+        """Return True if one of these sensors was requested, so its faults are errors."""
         requested = {"gyro", *self.columns}
         return any(sensor.kind in requested for sensor in sensors)
 
@@ -281,7 +281,7 @@ def _check_kinds(only: Iterable[str] | None) -> tuple[str, ...]:
 
 
 def _name_logs(sensor_logs: Sequence[_SensorLog]) -> dict[str, Log]:
-    """Return logs by name: the kind, and from the second of a kind on its number."""
+    """Return logs by name: the kind, with a number from the second log of a kind on."""
     counts = dict.fromkeys(KINDS, 0)
     logs = {}
     for kind, log in sensor_logs:
@@ -297,7 +297,7 @@ def _read_source(
     notes: list[str],
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
-    """Yield the logs of one source; add omissions, and the present columns."""
+    """Yield the logs of one source; append notes on omissions, and the names of columns."""
     tables = [] if request.is_single_topic else _choose_tables(content, request.options.topic)
     if not tables:
         tables = [content.choose_table(request.options.topic)]
@@ -311,7 +311,7 @@ def _read_source(
         for shared in _group_by_clock(evidence, wanted):
             yield from _read_readable(evidence, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
-            notes.extend(table.meta.notes)  # of the data that others are compared with
+            notes.extend(table.meta.notes)  # notes on the time base
         request = replace(request, columns={})
 
 
@@ -322,13 +322,13 @@ def _choose_tables(content: Content, topic: str | None) -> list[Table]:
 
 
 def _choose_sensors(evidence: Evidence, request: _Request, notes: list[str]) -> list[Sensor]:
-    """Return the sensors of a table in their units: requested ones, and those that are found."""
+    """Return the requested and found sensors of a table, with their units."""
     table = evidence.table
     chosen = []
     for kind, columns in request.columns.items():
         check_samples(table, columns)
         chosen.append(Sensor(kind, find_indices(table, columns or ())))
-    # Without names only the requested columns are found.
+    # Without names, only requested columns are read.
     if table.names is not None or "gyro" not in request.columns:
         taken = {index for sensor in chosen for index in sensor.indices}
         found, own_notes = evidence.of_all_devices(request.options.sensor, taken)
@@ -352,7 +352,7 @@ def _describe_unread(table: Table, sensors: Sequence[Sensor]) -> Iterator[str]:
 
 
 def _is_known(name: str) -> bool:
-    """Return True for a time and for a column of a sensor, read or not."""
+    """Return True for the name of a time or of a sensor."""
     meaning = meaning_of(name)
     return looks_like_time(name) or (meaning is not None and bool(meaning.kind))
 
@@ -362,7 +362,7 @@ def _list_columns(table: Table, sensors: Iterable[Sensor]) -> str:
 
 
 def _group_by_clock(evidence: Evidence, sensors: Sequence[Sensor]) -> list[list[Sensor]]:
-    """Return the sensors in groups that share the column of timestamps and its length."""
+    """Return the sensors in groups that share a time column and its length."""
     groups: dict[tuple[int | None, int], list[Sensor]] = {}
     lengths = evidence.table.lengths
     for sensor in sensors:
@@ -378,7 +378,7 @@ def _read_readable(
     source_meta: dict[str, str],
     notes: list[str],
 ) -> list[_SensorLog]:
-    """Return the logs of sensors on one clock, without those that cannot be read."""
+    """Return the logs of sensors on one clock; sensors that cannot be read are left out."""
     try:
         return list(_make_logs(evidence, sensors, request, source_meta, notes))
     except LogError as error:
@@ -420,10 +420,10 @@ def _make_logs(
 
 
 def _drop_empty_rows(values: Floats, rows: Clock) -> tuple[Floats, Clock] | None:
-    """Return the values that are there, and their clock; None if it is that of all rows.
+    """Return the rows with values, and their clock; None if the clock of all rows is used.
 
-    It is another one if the sensor has a value in every second row or fewer, or if the rows of
-    several sensors stand between each other so that together they are no clock.
+    A sensor has its own clock if it has a value in at most every second row. It also has one if
+    rows of several sensors alternate, so that all rows together form no clock.
     """
     is_known = np.isfinite(values).any(axis=1)
     if is_known.all():

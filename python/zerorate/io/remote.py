@@ -1,4 +1,4 @@
-"""Sources that are no local file: bytes in memory, and addresses of stores."""
+"""Sources other than local files: bytes in memory, and addresses of object stores."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from zerorate.texts import describe_missing_extra
 _ADDRESS: Final = re.compile(r"(s3|gs|gcs|abfss?|hdfs|file|https?):/{1,3}(?=[^/])")
 _SECONDS: Final = 30.0
 _MAX_BYTES: Final = 1 << 34
-"""Bytes that are copied at most: an address may never end."""
+"""Largest number of bytes copied from an address, because its data may never end."""
 _PIECE_BYTES: Final = 1 << 20
 
 
 class Spooled:
-    """A copy of bytes in a file of its own, which goes when nobody refers to it any more."""
+    """A copy of bytes in a temporary file, deleted when it is no longer used."""
 
     def __init__(self, content: bytes | BinaryIO, name: str) -> None:
         folder = tempfile.mkdtemp(prefix="zerorate-")
@@ -37,24 +37,24 @@ class Spooled:
 
 
 def is_address(source: object) -> TypeGuard[str]:
-    """Return True if a source is the address of a store: ``s3://bucket/log.parquet``."""
+    """Return True if a source is the address of an object store: ``s3://bucket/log.parquet``."""
     return isinstance(source, str) and _ADDRESS.match(source) is not None
 
 
 def hide_secrets(address: str) -> str:
-    """Return an address without the key and the secret that it may hold."""
+    """Return an address without the key and secret that it may contain."""
     return re.sub(r"//[^/@?]*@", "//", address)
 
 
 def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
-    """Return a copy of the data at an address, or of bytes, with a suffix of their format.
+    """Return a temporary file with the data of an address or of bytes, with a given suffix.
 
     Raises
     ------
     ImportError
         If pyarrow is not installed; the message names the extra.
     OSError
-        If it cannot be fetched.
+        If the data cannot be fetched.
     """
     if isinstance(source, io.BytesIO):
         return Spooled(source.getvalue(), f"bytes{suffix}")

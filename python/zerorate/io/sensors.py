@@ -1,4 +1,4 @@
-"""Sensors among the columns of a table: candidates from names, their scores, and the choice."""
+"""Sensors among the columns of a table: candidates from names, scores, and choice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MAX_LISTED: Final = 8
 
 
 class Sensor(NamedTuple):
-    """Column indices of one sensor, in the order x, y, z, independent of the file's order.
+    """Column indices of a sensor, in the order x, y, z whatever the order in the file.
 
     ``has_named_axes`` is True if the names show the axes. A sensor may have fewer than three
     columns, or more if its names have only numbers. Values times ``factor`` (None: 1) are in
@@ -42,7 +42,7 @@ class Sensor(NamedTuple):
 
     @property
     def score(self) -> tuple[bool, int, int]:
-        """Score of a sensor: three axes, stage, number; the lowest score is the best."""
+        """Score for sorting: three axes, stage, number; the smallest is the best."""
         stage = self.stage if self.stage in STAGES else ""
         numbers = [int(word) for word in self.device.split("_") if word.isdigit()]
         return not self.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1
@@ -53,9 +53,10 @@ class Sensor(NamedTuple):
         return all(word in own or ROLES.get(word) == self.stage for word in wanted)
 
     def label(self, name: str) -> str:
-        """Return the device as a column's name spells it: ``imu2`` of ``imu2_gyro_x``.
+        """Return the device as in a column's name: ``imu2`` of ``imu2_gyro_x``.
 
-        If the device is a number, return the sensor's name, ``gyro2``. Empty without a device.
+        If the device is a number, the result is the sensor's name, such as ``gyro2``. Empty without
+        a device.
         """
         if not self.device:
             return ""
@@ -66,7 +67,7 @@ class Sensor(NamedTuple):
 
 
 def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
-    """Return the sensors found from the columns' names, in the order of the file."""
+    """Return the sensors by the columns' names, in the order of the file."""
     groups: dict[tuple[str, str, bool], list[tuple[int, ParsedName]]] = {}
     others: dict[tuple[str, str], list[int]] = {}
     for index, meaning in ((index, meaning_of(name)) for index, name in names.items()):
@@ -75,14 +76,14 @@ def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
         if (words := meaning.words) is None:
             others.setdefault((meaning.kind, meaning.sensor), []).append(index)
             continue
-        # Names of one sensor differ in their axis or number alone.
+        # Columns of one sensor have names that differ only in axis or number.
         key = (meaning.kind, words.stem, words.axis is None)
         groups.setdefault(key, []).append((index, words))
     sensors = [s for (kind, _, _), own in groups.items() for s in _split_copies(kind, own)]
     sensors = _merge_named_apart(sensors)
     angular = any(ROLES.get(word) == "angular" for s in sensors for word in s.stem.split("_"))
-    # A linear acceleration has gravity in it in a message of ROS, which has an angular velocity
-    # where phones have a gyro.
+    # In a ROS message, linear acceleration includes gravity. Such a message has an angular
+    # velocity; phones have a gyro instead.
     plain = any(s.kind == "accel" and s.stage != "linear" for s in sensors)
     found = [s for s in sensors if s.stage != "linear" or (angular and not plain)]
     found += [Sensor(kind, tuple(own), stem) for (kind, stem), own in others.items()]
@@ -90,7 +91,7 @@ def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
 
 
 def _split_copies(kind: str, group: Sequence[tuple[int, ParsedName]]) -> Iterator[Sensor]:
-    """Yield the sensor of a group of columns; if names repeat, the first, second, ... sensor."""
+    """Yield the sensor of a group of columns; repeated names give a second, third, ... sensor."""
     axes: dict[int | None, list[tuple[int, ParsedName]]] = {}
     for index, words in group:
         axis = words.number if words.axis is None else words.axis
@@ -107,7 +108,7 @@ def _split_copies(kind: str, group: Sequence[tuple[int, ParsedName]]) -> Iterato
 
 
 def _merge_named_apart(sensors: list[Sensor]) -> list[Sensor]:
-    """Return the sensors; three one-column sensors of a kind without axes are merged into one."""
+    """Return the sensors with three single columns of one kind merged into one sensor."""
     for kind in IMU_KINDS:
         own = [sensor for sensor in sensors if sensor.kind == kind]
         indices = sorted(index for sensor in own for index in sensor.indices)
@@ -118,7 +119,7 @@ def _merge_named_apart(sensors: list[Sensor]) -> list[Sensor]:
 
 
 def keep_best_stage(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[Sensor]]:
-    """Return the best stage of each device, as `STAGES` orders them, and the other stages."""
+    """Return the best stage of each device, in the order of `STAGES`, and the other stages."""
     best: dict[tuple[str, str], int] = {}
     for one in sensors:
         key, rank = (one.kind, one.device), one.score[1]
@@ -128,15 +129,16 @@ def keep_best_stage(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[Senso
 
 
 def choose_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor]:
-    """Return the sensor of one kind that a name selects, or one of every device.
+    """Return the selected sensor of a kind; for ``"all"``, one sensor per device.
 
-    Among the sensors with this name, the order of preference is: three axes, the best stage, the
-    lowest number, the first in the file. ``"all"`` selects the best stage of every device.
+    If several sensors have this name, these properties decide in turn: three axes, the best stage,
+    the lowest number, the first position in the file. ``"all"`` selects the best stage of every
+    device.
 
     Raises
     ------
     LogError
-        If there is no sensor of that name.
+        If no sensor has this name.
     """
     if wanted == ALL_SENSORS:
         return keep_best_stage(sensors)[0]
@@ -145,7 +147,7 @@ def choose_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor
 
 
 def select_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor]:
-    """Return the sensors that a name matches, all for None; LogError if it matches none."""
+    """Return the sensors that a name matches, or all for None; LogError without a match."""
     if wanted is None or wanted == ALL_SENSORS or not sensors:
         return list(sensors)
     words = words_of(wanted)
@@ -156,9 +158,9 @@ def select_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor
 
 
 def list_devices(sensors: Sequence[Sensor], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the devices to choose from, spelled as in the columns' names.
+    """Return the names of the devices, spelled as in the columns' names.
 
-    Only sensors with three axes count. The stages of one device count once.
+    Only sensors with three axes count. Stages of a device count once.
     """
     complete = [sensor for sensor in keep_best_stage(sensors)[0] if sensor.is_complete]
     labels = (sensor.label(names[sensor.indices[0]]) or sensor.stem for sensor in complete)
@@ -166,14 +168,14 @@ def list_devices(sensors: Sequence[Sensor], names: Sequence[str]) -> tuple[str, 
 
 
 def list_stems(sensors: Sequence[Sensor]) -> str:
-    """Return the names of sensors as a list for a sentence."""
+    """Return the names of sensors as a list in a sentence."""
     stems = list(dict.fromkeys(sensor.stem for sensor in sensors))
     more = [f"... ({len(stems)} in all)"] if len(stems) > _MAX_LISTED else []
     return ", ".join([*stems[:_MAX_LISTED], *more])
 
 
 def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
-    """Return the columns of the only sensor of a kind; LogError if several devices have one."""
+    """Return the columns of the only sensor of a kind; LogError for several devices."""
     own = [one for one in find_sensors(dict(enumerate(names))) if one.kind == kind]
     indices = tuple(index for sensor in choose_sensors(own, None) for index in sensor.indices)
     if len(devices := list_devices(own, names)) > 1:
@@ -188,7 +190,7 @@ def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
 
 
 def find_accelerometer(names: Sequence[str], gyro: Sequence[int]) -> tuple[int, ...]:
-    """Return the accelerometer columns for a gyro: from the same device, or the only ones."""
+    """Return the accelerometer's columns for a gyro: of its device, or else the only ones."""
     sensors = find_sensors(dict(enumerate(names)))
     accels, _ = keep_best_stage([s for s in sensors if s.kind == "accel" and s.is_complete])
     devices = {s.device for s in sensors if s.kind == "gyro" and set(gyro) & set(s.indices)}

@@ -1,21 +1,21 @@
-"""Beginnings of files without a few fixed bytes: texts, telemetry, videos."""
+"""Detection of formats without a fixed signature: texts, telemetry, videos."""
 
 import re
 from typing import Final
 
 _HEAD_BYTES: Final = 1 << 17
 _VIDEO_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
-"""Boxes with which videos begin."""
+"""Types of the boxes at the beginning of videos."""
 _GYROFLOW_MARK: Final = b"GYROFLOW IMU LOG"
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
-"""First bytes of packets."""
+"""First bytes of MAVLink packets."""
 PACKET_OFFSET: Final = 8
-"""Start of the packet in a record of telemetry."""
+"""Offset of the packet in a record of telemetry, bytes."""
 
 
 def is_text(raw: bytes) -> bool:
-    """Return True if bytes may be those of a text, rather than of a binary file."""
+    """Return True if bytes may belong to a text rather than a binary file."""
     head = raw[:_HEAD_BYTES]
     control_count = sum(
         head.count(bytes([code])) for code in range(32) if code not in (9, 10, 11, 12, 13)
@@ -35,5 +35,5 @@ def is_telemetry(head: bytes) -> bool:
 
 
 def is_camera_file(head: bytes) -> bool:
-    """Return True if a file begins as a video, or as a log for Gyroflow."""
+    """Return True if a file begins as a video or as a log for Gyroflow."""
     return head[4:8] in _VIDEO_BOXES or head.startswith(_GYROFLOW_MARK[: len(head)])

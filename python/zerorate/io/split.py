@@ -1,4 +1,4 @@
-"""Tables of several sensors or recordings one below the other, each a record of its own."""
+"""Tables with several sensors or recordings one below the other, split into records."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from zerorate.record.log import LogError
 
 
 def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
-    """Return the records in a table whose rows belong to several sensors or recordings.
+    """Return the records of a table with rows of several sensors or recordings.
 
     Parameters
     ----------
     source
-        As in `read_log`, without topics.
+        Source as in `read_log`, without topics.
     group_by
-        Name or index of the column that distinguishes the records: an id, a name, a number.
+        Name or index of the column that distinguishes the records, with an id, a name or a number.
 
     Returns
     -------
     dict of str to Part
-        Values of the column, in the order of the file, and the rows of each: a source for
-        `read_log`, `read_recording` and all functions that take one.
+        Records by the column's values, in the order of the file. `read_log`, `read_recording` and
+        all other functions with a source accept them.
 
     Raises
     ------
     LogError
-        If there is no such column, a row has no value in it, hardly any value occurs twice, or the
-        source has topics or no names.
+        If the column does not exist, a row has no value in it, or hardly any value occurs twice.
+        Also if the source has topics, or columns without names.
     TypeError, OSError, ImportError
         As `read_log`.
 

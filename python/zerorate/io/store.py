@@ -1,4 +1,4 @@
-"""Files in object stores: what an address names, with size and time of change."""
+"""Files in object stores, listed by address with size and time of change."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class StoredFile(NamedTuple):
-    """A file in a store: its path there, its address, its size in bytes, its change in ns."""
+    """A file in a store: path, address, size in bytes, time of change in ns."""
 
     path: str
     address: str
@@ -26,7 +26,7 @@ class StoredFile(NamedTuple):
 
 
 class Listing(NamedTuple):
-    """Files that an address names, the folder above them, and True if it names that folder."""
+    """Files at an address, the folder above them, and True if the address is that folder."""
 
     folder: str
     files: tuple[StoredFile, ...]
@@ -34,10 +34,10 @@ class Listing(NamedTuple):
 
 
 def list_store(address: str) -> Listing:
-    """Return the file at an address, those below it, or those that match its wildcards.
+    """Return the file at an address, the files below it, or the files that match its wildcards.
 
-    ``*`` matches inside a name, ``**`` any number of folders. A query, as in
-    ``s3://bucket/logs?region=eu-west-1``, is that of `pyarrow.fs.FileSystem.from_uri`.
+    ``*`` matches any part of a name, ``**`` any number of folders. A query, as in
+    ``s3://bucket/logs?region=eu-west-1``, is passed to `pyarrow.fs.FileSystem.from_uri`.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _split_wildcards(place: str) -> tuple[str, str]:
 
 
 def _as_expression(pattern: str) -> str:
-    """Return the regular expression of a pattern of names and slashes."""
+    """Return a pattern of names and slashes as a regular expression."""
     *folders, name = pattern.split("/")
     if name == "**":
         folders, name = [*folders, name], "*"

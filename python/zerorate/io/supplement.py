@@ -1,4 +1,4 @@
-"""Contents of sources next to the logs of their sensors, read at the first access."""
+"""Contents of sources other than their logs, read at first access."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from zerorate.record.supplement import Supplement, TableColumns, return_none
 _PARQUET, _ULOG = "parquet", "ulog"
 _HEAD_BYTES: Final = 1 << 18
 _UUID: Final = re.compile(rb"I.char\[(\d{1,3})\] sys_uuid", re.DOTALL)
-"""The message of a ULog with the number of the board."""
+"""Message of a ULog with the board's serial number."""
 
 
 class SourceContent(NamedTuple):
@@ -39,8 +39,8 @@ class SourceContent(NamedTuple):
 def make_supplement(opened_sources: Sequence[SourceContent], timing: Timing) -> Supplement:
     """Return the supplement of a recording from its sources.
 
-    Files are opened again for it, so that the recording keeps only their paths; the fixes of
-    objects are read here. Tables and device are those of a single file.
+    The recording keeps only the paths of its files, and files are opened again later. Fixes in
+    objects are read now. Tables and device exist only for a single file.
     """
     fixes = partial(
         _first_fixes,
@@ -64,7 +64,7 @@ def _is_file(source: LogSource) -> TypeGuard[str | os.PathLike[str]]:
 
 
 def _make_fixes_reader(opened_source: SourceContent, timing: Timing) -> Callable[[], Fixes | None]:
-    """Return a reader of the fixes of a source: a file that is opened later, or known fixes."""
+    """Return a function that returns a source's fixes; it opens files again."""
     if timing.column is False:
         return return_none
     if _is_file(opened_source.source):

@@ -1,7 +1,7 @@
-"""The contract of readers: named columns, loaded on request, and the file's metadata on them.
+"""Interface of readers: named columns, loaded on request, with the file's metadata.
 
-A reader is a function that takes a path and returns the `Content` of the file there; a `Format`
-says which files it reads. `zerorate.io.formats` lists them all.
+A reader is a function of a path that returns the file's `Content`. A `Format` describes which files
+it reads. `zerorate.io.formats` lists all formats.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ NO_TOPICS: Final = make_sentence(
 
 @dataclass(frozen=True)
 class Metadata:
-    """Metadata of a file, each field None where the file has none.
+    """Metadata of a file; each field is None if the file does not have it.
 
-    ``axes`` says where x, y and z of its sensors point, in words, ``calibration`` what the logger
-    took its sensors to be off by, by its own names.
+    ``axes`` describes the directions of x, y and z in words. ``calibration`` has the logger's
+    corrections of its sensors, by its own names.
     """
 
     rate: float | None = None
@@ -45,7 +45,7 @@ class Metadata:
     calibration: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no text; the rate is looked at where it is needed."""
+        """Raise LogError for fields that are not text; the rate is checked when it is used."""
         for key, value in (("unit", self.unit), ("sensor", self.sensor), ("axes", self.axes)):
             if value is not None:
                 object.__setattr__(self, key, _check_text(key, value))
@@ -65,15 +65,19 @@ def _check_text(key: str, value: object) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a file, not yet loaded.
+    """Columns of a file, loaded on request.
 
-    ``names`` is None for a table without names, ``time`` the index of the time column where
-    the format says it, ``data`` the data columns where the file lists them, ``lengths`` the
-    number of values of each column where they may differ. ``pieces`` gives the columns at some
-    indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
-    a format can be read so. ``labels`` gives a column of texts, where ``load`` has none.
-    ``time_unit`` is that of the time column if a caller gives it, and ``timeless`` is True if he
-    wants none to be used. ``whole`` gives the table without torn lines.
+    - ``names``: columns' names; None for a table without names
+    - ``time``: index of the time column, if the format determines it
+    - ``data``: data columns, if the file lists them
+    - ``lengths``: number of values per column, if columns may differ in length
+    - ``pieces``: function of columns' indices and a number of rows; it yields pieces of at most
+      this length, if the format supports it
+    - ``rows``: number of rows of all pieces
+    - ``labels``: function that returns a column of texts, if ``load`` cannot
+    - ``time_unit``: unit of the time column, if stated by the caller
+    - ``timeless``: True if the caller wants no time column
+    - ``whole``: function that returns the table without torn lines
     """
 
     width: int
@@ -91,7 +95,7 @@ class Table:
     whole: Callable[[], Table] | None = None
 
     def label(self, index: int) -> str:
-        """Return the column's name, or one made from its index."""
+        """Return the column's name, or a name made from its index."""
         return self.names[index] if self.names is not None else f"column_{index}"
 
     def noted(self, *notes: str) -> Table:
@@ -103,12 +107,12 @@ class Table:
         return replace(self, meta=replace(self.meta, notes=(*self.meta.notes, *notes)), whole=rest)
 
     def in_memory(self, wanted: Iterable[int]) -> Table:
-        """Return the table with some columns in memory, unless one of them cannot be loaded."""
+        """Return the table with some columns in memory; unchanged if a column cannot be loaded."""
         places = tuple(dict.fromkeys(wanted))
         try:
             columns = dict(zip(places, self.load(places), strict=True))
         except LogError:
-            return self  # what is wrong is said of columns that are used
+            return self  # the error is raised when the column is used
 
         def load(requested: Sequence[int]) -> list[Column]:
             is_there = all(i in columns for i in requested)
@@ -119,10 +123,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Content:
-    """The tables of a file by their topic, and the topic that a request means.
+    """Tables of a file by topic, and the default topic.
 
-    A format without topics has one table, under the empty name. ``sensors`` are the topics of a
-    recording, None for all of them.
+    A format without topics has one table with an empty name. ``sensors`` lists the topics of a
+    recording; None for all topics.
     """
 
     tables: Mapping[str, Table]
@@ -146,14 +150,14 @@ class Content:
 
 
 class Reader(Protocol):
-    """A function that reads the contents of files of one format, as little as possible."""
+    """A function that reads the contents of one format, and loads as little as possible."""
 
     def __call__(self, path: Path, /) -> Content:
-        """Return the content of a file; LogError if it is damaged or something else."""
+        """Return the content of a file; LogError if it is damaged or has another format."""
 
 
 class Needs(NamedTuple):
-    """A package without which a format cannot be read, and the extra that installs it."""
+    """Package that is necessary to read a format, and the extra that installs it."""
 
     package: str
     extra: str
@@ -161,10 +165,10 @@ class Needs(NamedTuple):
 
 @dataclass(frozen=True)
 class Format:
-    """A format of files.
+    """A file format.
 
-    ``description`` is its name in a sentence, ``signatures`` are the beginnings a file of it may
-    have, none for text; ``matches_head`` returns True for other beginnings of this format.
+    ``description`` is its name in a sentence. ``signatures`` are the possible beginnings of its
+    files, empty for text. ``matches_head`` returns True for other beginnings of this format.
     """
 
     kind: str
@@ -176,16 +180,16 @@ class Format:
     matches_head: Callable[[bytes], bool] | None = None
 
     def fits(self, head: bytes) -> bool:
-        """Return True if a file of this format may begin so; False for text."""
+        """Return True if a file with this beginning may have this format; False for text."""
         return head.startswith(self.signatures) or (
             self.matches_head is not None and self.matches_head(head)
         )
 
 
 def apply_listed_names(table: Table) -> Table:
-    """Return the table with the names its metadata lists for the columns after the time.
+    """Return the table with the names in its metadata for the columns after the time.
 
-    Columns after those are no data, but can be requested.
+    Further columns are not data, but can be requested.
     """
     listed = table.meta.names
     if table.names is None or listed is None or not _begins_with(table.names[1:], listed):
@@ -198,20 +202,20 @@ def apply_listed_names(table: Table) -> Table:
 def _begins_with(columns: Sequence[str], listed: Sequence[str]) -> bool:
     if len(listed) >= len(columns):
         return len(listed) == len(columns)
-    # A foreign list of fewer names may speak of anything.
+    # A shorter list in a foreign file may describe something else.
     return all(column.startswith(name) for column, name in zip(columns, listed, strict=False))
 
 
 def to_numbers(column: Column, label: str) -> Column:
-    """Return a one-dimensional column of numbers as it is, NaN where a value is missing.
+    """Return a one-dimensional column of numbers, with NaN for missing values.
 
-    What is missing is NaN, masked, None, or the NA of pandas; nulls of Arrow and polars are NaN
-    already, for so their own conversion has it.
+    Missing values are NaN, masked values, None, or NA of pandas. Nulls of Arrow and polars are
+    already NaN.
 
     Raises
     ------
     LogError
-        If the column holds anything but real numbers.
+        If the column contains anything but real numbers.
     """
     column = without_masks(column)
     if column.dtype.kind not in "fiub":

@@ -1,8 +1,8 @@
-"""Candidates for the clock of a table, each with a score by its name, its unit and its values.
+"""Candidates for the clock of a table, scored by name, unit and values.
 
-A name that is plainly of a time counts most, then one that may be, then a unit of time in a name.
-A column without any of these is the clock if its values rise evenly at a rate that sensors have.
-Hours to milliseconds, or seconds and nanoseconds, in columns of their own are one clock.
+A name that certainly is a time has the highest score, then a possible name, then a unit of time in
+the name. Without these, a column is the clock if its values increase evenly at the rate of a
+sensor. Columns of hours to milliseconds, or of seconds and nanoseconds, together form one clock.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from zerorate.types import Floats
 
 NOT_TIME: Final = " is not read as the time: "
 _BACKWARD: Final = 0.01
-"""Part of the steps of a clock that may lead back, as by a clock that was set."""
+"""Largest share of backward steps in a clock; clocks are sometimes set back."""
 _ALIKE: Final = 0.02
-"""Part by which two clocks of a log may differ over all of it."""
+"""Largest relative difference between two clocks of a log over its whole length."""
 _NAMED, _MAYBE, _UNIT, _RISES = 3, 2, 1, 0
-"""Scores: a name of a time, one that may be, a unit of time, and values alone."""
+"""Scores: certain name, possible name, unit of time in the name, values only."""
 _SCORES: Final = {
     _NAMED: "by its name",
     _MAYBE: "by its name, and it rises",
@@ -44,7 +44,7 @@ _SCORES: Final = {
     _RISES: "by its values, which rise evenly",
 }
 _FEWEST: Final = 10
-"""Fewest rows for a clock by values alone."""
+"""Smallest number of rows to recognise a clock by its values."""
 _NS_PER_UNIT: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
 _UNIT_OF_WORD: Final = {
     word: unit for unit, words in UNITS.items() for word in words if unit != "days"
@@ -53,7 +53,7 @@ _UNIT_OF_WORD.update(hour="h", minute="min", nanosec="ns")
 
 
 class Clue(NamedTuple):
-    """A column that may be the clock: its index, its score, and the counts from row to row."""
+    """Column that may be the clock: its index, its score, and its median step in counts."""
 
     place: int
     score: int
@@ -61,12 +61,12 @@ class Clue(NamedTuple):
 
     @property
     def evidence(self) -> str:
-        """The evidence in words."""
+        """Evidence in words."""
         return _SCORES[self.score]
 
 
 def with_clock(table: Table) -> Table:
-    """Return the table with its time column, where only the values show it."""
+    """Return the table with its time column, if only the values show it."""
     table = _join_parts_of_time(table)
     names = table.names
     if table.time is not None or table.timeless or names is None:
@@ -83,11 +83,11 @@ def with_clock(table: Table) -> Table:
 
 
 def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
-    """Return the table with a finer column than its only clock, if that has whole seconds."""
+    """Return the table with a finer clock, if its only clock has whole seconds."""
     clocks = [i for i, name in enumerate(names) if looks_like_time(name)]
     others = [i for i, name in enumerate(names) if i not in clocks and meaning_of(name) is None]
     if len(clocks) > 1 or not others or table.whole is None:
-        return table  # of other formats only requested columns are loaded
+        return table  # other formats load only requested columns
     try:
         (column,) = table.load(clocks)
         stamps = to_seconds(column, names[clocks[0]], None, table.time_unit)
@@ -104,9 +104,9 @@ def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
 
 
 def _joined_with(table: Table, seconds: Floats, index: int) -> Table | None:
-    """Return the table with the clock of whole seconds and another column, None for no such.
+    """Return the table with seconds refined by another column; None if it cannot refine them.
 
-    That has the part of a second, is a clock of its own, or counts rows.
+    The column contains the fraction of a second, is a clock itself, or counts rows.
     """
     values = load_numbers(table, index)
     if values is None or not np.isfinite(values).all() or len(values) != len(seconds):
@@ -121,7 +121,7 @@ def _joined_with(table: Table, seconds: Floats, index: int) -> Table | None:
     if np.median(steps) == 1:
         finer = spread(seconds, np.rint(values - values[0]).astype(np.int64))
         return finer and _with_seconds(table, index, finer[0])
-    # A clock of its own is within its second all the time.
+    # A finer clock always stays within its whole second.
     runs = (u for u, per in PER_SECOND.items() if np.ptp(values / per - seconds) < 1.0 + _ALIKE)
     unit = next(runs, None)
     return replace(table, time=index, time_unit=unit) if unit else None
@@ -133,7 +133,7 @@ def _with_seconds(table: Table, index: int, seconds: Floats) -> Table:
 
 
 def clues_of(table: Table) -> tuple[list[Clue], list[str]]:
-    """Return the columns that may be the clock, and why others that are named so are none."""
+    """Return the columns that may be the clock, and notes on rejected names of a time."""
     clues: list[Clue] = []
     notes: list[str] = []
     if table.lengths is not None and len(set(table.lengths)) > 1:
@@ -152,7 +152,7 @@ def clues_of(table: Table) -> tuple[list[Clue], list[str]]:
 
 
 def candidates(table: Table) -> list[str | Argument]:
-    """Return the end of a refusal: the option to type for each column that may be the clock."""
+    """Return the end of an error message: the argument to give for each possible clock."""
     clues, _ = clues_of(table)
     if not clues:
         return []
@@ -163,7 +163,7 @@ def candidates(table: Table) -> list[str | Argument]:
 
 
 def _best(clues: Sequence[Clue], table: Table) -> Clue | None:
-    """Return the clock of most evidence; among equal ones the finest, if they agree, else None."""
+    """Return the clock with the highest score; of several equal clocks that agree, the finest."""
     best = max((clue.score for clue in clues), default=0)
     likely = [clue for clue in clues if clue.score == best]
     if len(likely) < 2 or best >= _MAYBE:
@@ -175,16 +175,16 @@ def _best(clues: Sequence[Clue], table: Table) -> Clue | None:
 
 
 def _agree(ratio: float, unit: str | None, other: str | None) -> bool:
-    """Return True if two clocks, whose steps have a ratio, differ in their unit alone."""
+    """Return True if two clocks with this ratio of steps differ only in their unit."""
     if unit and other:
         return abs(ratio * PER_SECOND[other] / PER_SECOND[unit] - 1) < _ALIKE
     return any(abs(ratio / scale - 1) < _ALIKE for scale in (1.0, 1e3, 1e6, 1e9))
 
 
 def _even_step(table: Table, index: int) -> float | None:
-    """Return the counts from row to row of a column that rises evenly at the rate of a sensor.
+    """Return the step of a column that increases evenly at a sensor's rate; None for others.
 
-    A column that counts by one is no clock but a counter, unless its name has a unit.
+    A column with steps of 1 is a counter, unless its name has a unit.
     """
     column = load_column(table, index)
     if column is None or len(column) < _FEWEST or not steady(column):
@@ -192,7 +192,7 @@ def _even_step(table: Table, index: int) -> float | None:
     name = table.label(index)
     unit = find_time_unit(name)
     if unit is None and split_unit(name)[1] is not None:
-        return None  # an angle, a length
+        return None  # an angle or a length
     if column.dtype.kind in "Mm":
         return 1.0
     step = row_step(column - column[0])
@@ -203,11 +203,11 @@ def _even_step(table: Table, index: int) -> float | None:
 
 
 def _why_no_clock(table: Table, index: int) -> str | None:
-    """Return the reason why a column holds no timestamps; None if hardly any is out of order."""
+    """Return the reason why a column has no timestamps; None if nearly all are in order."""
     name = table.label(index)
     try:
         (column,) = table.load([index])
-        # Whatever their unit, a clock rises.
+        # Every clock increases, whatever its unit.
         unit = table.time_unit or find_time_unit(name) or "s"
         steps = np.diff(to_seconds(column, name, 1.0, unit).seconds)
     except LogError as error:
@@ -217,9 +217,9 @@ def _why_no_clock(table: Table, index: int) -> str | None:
 
 
 def clock_beside(table: Table, time: int) -> UnitHint:
-    """Return a hint on a time column's unit from another clock of the table, if there is one.
+    """Return a function that finds a time column's unit by another clock of the table.
 
-    That is a column named like a time, with its unit in its name, that runs as far in the log.
+    The other clock is a column with a time's name, a unit in its name, and the same duration.
     """
 
     def hint(units: Sequence[str]) -> tuple[str, str] | None:
@@ -237,7 +237,7 @@ def clock_beside(table: Table, time: int) -> UnitHint:
 
 
 def _ratio(table: Table, one: int, other: int) -> float | None:
-    """Return the ratio of two columns' rates of counting, None if one of them does not count."""
+    """Return the ratio of the increases of two columns; None if one does not increase."""
     spans = []
     for column in (load_column(table, one), load_column(table, other)):
         if column is None or column.dtype.kind not in "fiu" or len(column) < 2:
@@ -248,7 +248,7 @@ def _ratio(table: Table, one: int, other: int) -> float | None:
 
 
 def time_of(table: Table, data: Sequence[int]) -> int | None:
-    """Return the time column of some data columns: of several the one that fits the first."""
+    """Return the time column for data columns; of several, the one that matches the first."""
     if table.timeless:
         return None
     if table.time is not None:
@@ -261,7 +261,7 @@ def time_of(table: Table, data: Sequence[int]) -> int | None:
 
 
 def _fit(table: Table, data: int, time: int) -> tuple[bool, int]:
-    """Return the match of a time to a data column: by its length, then by shared folders."""
+    """Return the match of a time to a data column: equal length, and number of shared folders."""
     same = table.lengths is None or table.lengths[time] == table.lengths[data]
     paths = (table.label(index).split("/")[:-1] for index in (time, data))
     shared = takewhile(lambda pair: pair[0] == pair[1], zip(*paths, strict=False))
@@ -269,7 +269,7 @@ def _fit(table: Table, data: int, time: int) -> tuple[bool, int]:
 
 
 def unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, tuple[int, ...]]:
-    """Return the time column of a table without names, maybe None, and its counters of rows."""
+    """Return the time column of a table without names, or None, and its row counters."""
     if table.time is not None:
         return (table.time if table.time not in taken else None), ()
     if table.timeless or table.width < 2 or 0 in taken:
@@ -285,7 +285,7 @@ def unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, tuple[
 
 
 def load_column(table: Table, index: int) -> Column | None:
-    """Return a column, with texts as dates, None if it holds other texts."""
+    """Return a column, with texts converted to dates; None if it has other texts."""
     try:
         return convert_texts(table.load([index])[0], "")
     except LogError:
@@ -293,23 +293,23 @@ def load_column(table: Table, index: int) -> Column | None:
 
 
 def load_numbers(table: Table, index: int) -> Column | None:
-    """Return a column of numbers, None if it holds anything else."""
+    """Return a column of numbers; None if it has anything else."""
     column = load_column(table, index)
     return column if column is not None and column.dtype.kind in "fiub" else None
 
 
 def rises(column: Column) -> bool:
-    """Return True if values rise over most rows and hardly ever fall, as a clock's do."""
+    """Return True if values increase like a clock: over most rows, and hardly ever fall."""
     steps = np.diff(column.astype(np.float64)) if column.dtype.kind in "fiu" else np.ones(1)
     return len(steps) > 0 and bool((steps < 0).mean() <= _BACKWARD and (steps > 0).mean() > 0.5)
 
 
 def steady(column: Column) -> bool:
-    """Return True if values rise in near-equal steps over most rows, as a clock's do."""
+    """Return True if values increase like a clock: in near-equal steps over most rows."""
     if len(column) < 3 or column.dtype.kind not in "fiuMm":
         return False
     counts = column.view(np.int64) if column.dtype.kind in "Mm" else column
-    with np.errstate(invalid="ignore"):  # of infinities
+    with np.errstate(invalid="ignore"):  # for infinities
         steps = np.diff(counts.astype(np.float64))
         middle = np.median(steps)
         near = np.abs(steps - middle) <= 0.5 * middle
@@ -317,15 +317,15 @@ def steady(column: Column) -> bool:
 
 
 def counts_rows(column: Column) -> bool:
-    """Return True if a column that rises counts by one."""
+    """Return True if an increasing column counts by one."""
     return column.dtype.kind != "M" and bool(np.median(np.diff(column)) == 1)
 
 
 def _join_parts_of_time(table: Table) -> Table:
-    """Return a table with one more column for a time that stands in several, if it does.
+    """Return a table with one more column for a time that is split over several columns.
 
-    That is hours, minutes and seconds, with or without a finer one, where no column is named like
-    a time; or whole seconds and their nanoseconds or microseconds under one name.
+    The parts are hours, minutes and seconds, optionally with a finer part, if no column is named
+    like a time. Or they are whole seconds, and nanoseconds or microseconds with the same name.
     """
     if table.time is not None or table.timeless or table.names is None:
         return table
@@ -339,7 +339,7 @@ def _join_parts_of_time(table: Table) -> Table:
 def _with_joined(
     table: Table, places: Sequence[int], label: str, join: Callable[[list[Column]], Column]
 ) -> Table:
-    """Return a table with one more column, of its time, that is made of others."""
+    """Return a table with one more column: the time made of other columns."""
 
     def load(wanted: Sequence[int]) -> list[Column]:
         own = [i for i in wanted if i != table.width]
@@ -362,7 +362,7 @@ def _with_joined(
 
 
 def _parts_of_day(names: Sequence[str]) -> dict[str, int]:
-    """Return the columns of hours, minutes, seconds and maybe milliseconds, by their units."""
+    """Return the columns of hours, minutes, seconds and optionally milliseconds, by unit."""
     columns: dict[str, int] = {}
     for index, name in enumerate(names):
         unit = _UNIT_OF_WORD.get(to_snake_case(name))
@@ -373,9 +373,9 @@ def _parts_of_day(names: Sequence[str]) -> dict[str, int]:
 
 
 def _parts_of_second(table: Table) -> dict[str, int]:
-    """Return the columns of whole seconds and of their nanoseconds, of one name but for the unit.
+    """Return the columns of whole seconds and of nanoseconds with the same name except the unit.
 
-    The nanoseconds are below one second.
+    All nanoseconds are below one second.
     """
     stems: dict[tuple[str, str | None], int] = {}
     for index, name in enumerate(table.names or ()):
@@ -393,7 +393,7 @@ def _parts_of_second(table: Table) -> dict[str, int]:
 
 
 def _join_parts(units: Sequence[str], columns: list[Column]) -> Column:
-    """Return whole nanoseconds as durations, which have a unit."""
+    """Return integer nanoseconds as durations, which have a unit."""
     total = None
     for unit, column in zip(units, columns, strict=True):
         numbers = to_numbers(column, unit)
@@ -401,7 +401,7 @@ def _join_parts(units: Sequence[str], columns: list[Column]) -> Column:
             row = int(np.flatnonzero(~np.isfinite(numbers))[0])
             raise LogError(f"the {unit} of the time are not finite in row {row} (counting from 0)")
         scale = _NS_PER_UNIT.get(unit, 1)
-        # Seconds since 1970 times a thousand million are no double.
+        # Seconds since 1970 times 1e9 exceed the precision of a double.
         whole = np.floor(numbers).astype(np.int64)
         counts = whole * scale + np.rint((numbers - whole) * scale).astype(np.int64)
         total = counts if total is None else total + counts

@@ -1,4 +1,4 @@
-"""Writing a log of any format."""
+"""Writing of logs in all formats."""
 
 from __future__ import annotations
 
@@ -37,32 +37,31 @@ def write_log(
 ) -> None:
     """Write a log so that `read_log` returns the same data and time, bit for bit.
 
-    Its extra columns are written after the channels, by their own names. `read_log` leaves them out
-    unless they are requested by name; in an ``.npz`` they are arrays of their own.
+    Extra columns follow the channels with their own names. `read_log` reads them only if they are
+    requested by name. In an ``.npz`` they are separate arrays.
 
     Parameters
     ----------
     log
         Log to write. Columns without a unit in their name get the suffix of the log's unit.
     path
-        ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with a ``#`` line if rate,
-        unit and names do not follow from its columns. ``.mcap`` (Foxglove, PlotJuggler) and
-        ``.gcsv`` (Gyroflow) are for other programs, in their units, and do not hold everything in a
-        log.
+        ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with a ``#`` line if its
+        columns do not show rate, unit and names. ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv``
+        (Gyroflow) are for other programs: they use these programs' units and omit parts of the log.
     force
-        Replace an existing file; default no.
+        Replace an existing file. Default False.
 
     Raises
     ------
     ValueError
-        If the suffix is none of these.
+        If the suffix is unknown.
     LogError
-        If two columns would have the same name, or a name ends in another unit than the log's.
+        If two columns would have the same name, or a name ends in a unit other than the log's.
     OSError
-        If the file exists (without ``force``) or the folder is missing or not writable. Nothing
-        is left half-written.
+        If the file exists (without ``force``), or the folder is missing or not writable. No partial
+        file remains.
     ImportError
-        For Parquet without pyarrow, of the extra ``io``.
+        If pyarrow (extra ``io``) is not installed, for Parquet.
 
     Examples
     --------
@@ -86,7 +85,7 @@ def write_log(
 
 
 def make_column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
-    """Return the names of a log's channels in a file; LogError if two would be the same."""
+    """Return the names of a log's columns in a file; LogError if two are the same."""
     names, channel_names = [], list(channels)
     for name, channel_unit in zip(channel_names, units_of(unit, len(channel_names)), strict=True):
         own_unit = split_unit(name)[1]
@@ -139,12 +138,12 @@ def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
 
 
 def _is_self_describing(log: Log, names: Sequence[str]) -> bool:
-    """Return True if the columns alone give back the rate, the unit and the names."""
+    """Return True if rate, unit and names can be read from the columns alone."""
     plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
     units = {split_unit(name)[1] or UNKNOWN_UNIT for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:
         return False
-    # Rows that repeat are a sample each only where the rate is stated.
+    # Repeated rows are read as samples only with a stated rate.
     if find_rows_per_sample(log.data[:HEAD_ROWS], np.arange(min(log.n, HEAD_ROWS))) is not None:
         return False
     grid = fit_grid(log.sampled - log.sampled[0], float(log.sampled[0]))
@@ -156,7 +155,7 @@ def _format_metadata(log: Log) -> str:
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
     text = json.dumps(fields)
-    # A spreadsheet that takes the line apart at its commas must not find a formula behind one.
+    # A spreadsheet splits the line at its commas; no part of it may begin like a formula.
     return re.sub(r"[,;](?=[^ ])", lambda mark: f"\\u{ord(mark[0]):04x}", text)
 
 
@@ -187,4 +186,4 @@ _WRITERS: Final[dict[str, _Writer]] = {
     ".gcsv": write_gcsv,
 }
 WRITTEN_SUFFIXES: Final = (*_WRITERS,)
-"""Suffixes of logs that are written."""
+"""Suffixes of logs that can be written."""

@@ -1,6 +1,7 @@
-"""Navigation by inertial sensors and a receiver: alignment, clocks, tracks, outages.
+"""Navigation with inertial sensors and a satellite receiver: alignment, clocks, tracks, outages.
 
-The filter itself is `zerorate.NavigationFilter`, of the core, as is `NavigationBank`.
+The filter itself is `zerorate.NavigationFilter`. It is part of the Rust core, like
+`NavigationBank`.
 """
 
 from typing import TYPE_CHECKING, Final

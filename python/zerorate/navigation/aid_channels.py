@@ -1,7 +1,7 @@
-"""Channels of aids: pressure, height, heading, baseline; units and conventions by evidence.
+"""Channels of aids: pressure, height, heading, baseline, with their units and conventions.
 
-A channel is converted if its name or the motion allows only one unit and convention. Otherwise it
-is left out with an alarm; a requested channel raises an error.
+A channel is used if its name or the motion allows only one unit and convention. Otherwise it is
+left out with an alarm. If the user requested the channel, an error is raised instead.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats
 
 AID_KINDS: Final = ("pressure", "height", "heading", "baseline")
-"""Kinds of aids, named as arguments of ``NavigationFilter.process``."""
+"""Kinds of aids: arguments of ``NavigationFilter.process``."""
 
 PRESSURE_UNITS: Final = {
     "Pa": 1.0,
@@ -34,24 +34,24 @@ PRESSURE_UNITS: Final = {
     "mmHg": 133.322,
     "psi": 6894.76,
 }
-"""Units of a pressure in Pa."""
+"""Factors from units of pressure to Pa."""
 _LENGTH_UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 _ANGLE_UNITS: Final = {"rad": 1.0, "deg": math.pi / 180.0}
 _MAX_PRESSURE_RATIO: Final = 1.12
-"""Ratio of a pressure to that of the standard atmosphere: weather and receivers' heights."""
+"""Largest ratio of a pressure to the standard atmosphere, by weather and height errors."""
 _SCALE_HEIGHT_M: Final = 8400.0
 _SEA_LEVEL_PA: Final = 101_325.0
 _MAX_ANGLE_RAD: Final = 2.05 * math.pi
-"""Size of an angle in rad; larger numbers are deg."""
+"""Largest angle that can be in rad; larger numbers are in deg."""
 _MIN_FROZEN_S: Final = {"pressure": 10.0, "height": 10.0, "heading": 3.0}
 _MIN_CHANGE: Final = {"pressure": 5.0, "height": 5.0, "heading": math.radians(5.0)}
-"""Seconds of one value, and change of height, m, and heading, rad, that make it a frozen one."""
+"""A frozen channel repeats a value for this time, s, while the motion changes it, m or rad."""
 _KNOWN_HEADING_RAD: Final = math.radians(8.0)
-"""Standard deviation of a heading by the motion that a convention is judged by."""
+"""Largest standard deviation of a heading from motion that can show the convention, rad."""
 _MIN_JUDGED: Final = 20
 _MAX_MISFIT_RAD: Final = math.radians(20.0)
 _MIN_TURN_RAD: Final = math.radians(30.0)
-"""Misfit of a heading's right convention, and rotation that shows its sense."""
+"""Largest misfit of a convention, rad, and smallest rotation that shows the sense, rad."""
 _CONVENTIONS: Final = {
     (1.0, 0.0): "",
     (-1.0, 0.5 * math.pi): "counts anticlockwise from east",
@@ -62,28 +62,28 @@ _CONVENTIONS: Final = {
     (-1.0, math.pi): "counts anticlockwise from south",
     (-1.0, -0.5 * math.pi): "counts anticlockwise from west",
 }
-"""Sense and offset of headings that are not north over east, and their descriptions."""
+"""Sense and offset of headings that are not north over east, with their descriptions."""
 
 
 class Channel(NamedTuple):
-    """Readings of an aid with their times, unit and name.
+    """Readings of an aid, with times, unit and column name.
 
     Attributes
     ----------
     kind : str
-        One of `AID_KINDS`.
+        Kind of the aid, from `AID_KINDS`.
     time : ndarray, shape (k,)
-        s.
+        Times of the readings, s.
     values : ndarray, shape (k,) or (k, 3)
-        Readings in `unit`, NaN if missing.
+        Readings in `unit`. NaN if missing.
     unit : str
-        "" if nothing states it.
+        Unit of the readings. Empty if unknown.
     name : str
         Name of the column, for messages.
     is_requested : bool
-        True if the user named the channel; an unusable channel is then an error.
+        True if the user named the channel. An unusable channel is then an error.
     sigma : ndarray, shape (k,), optional
-        Standard deviations, SI.
+        Standard deviations of the readings, SI units.
     """
 
     kind: str
@@ -107,16 +107,18 @@ class Channel(NamedTuple):
 
 @dataclass
 class AidInputs:
-    """Aids for ``NavigationFilter.process``, with notes on what was found and alarms.
+    """Aids for ``NavigationFilter.process``, with alarms and notes.
 
     Attributes
     ----------
     aids : dict of str to Aid
-        By kind.
+        Readings by kind.
     heading_offset : float
-        Median of heading readings less the motion's heading, rad; 0 if it is not known.
-    alarms, notes : list of str
-        Contradictions, and sentences on assumptions.
+        Median difference between the readings and the heading from motion, rad. 0 if unknown.
+    alarms : list of str
+        Sentences on contradictions.
+    notes : list of str
+        Sentences on assumptions.
     """
 
     aids: dict[str, Aid] = field(default_factory=dict)
@@ -126,16 +128,17 @@ class AidInputs:
 
 
 def judge_channels(channels: list[Channel], fixes: Fixes, track: Track | None) -> AidInputs:
-    """Return the aids of channels whose unit and convention are known.
+    """Return the aids from the channels with a known unit and convention.
 
     Parameters
     ----------
     channels : list of Channel
-        Channels, at most one per kind.
+        Channels, at most one of each kind.
     fixes : Fixes
-        Fixes of the receiver; their height determines the unit of a pressure.
+        Fixes of the receiver. Their height determines the unit of a pressure.
     track : Track or None
-        Track without these aids; it determines the convention of a heading and frozen readings.
+        Track without these aids. It determines the convention of a heading, and shows frozen
+        readings.
 
     Raises
     ------
@@ -167,7 +170,7 @@ def _parts(fault: LogError) -> tuple[str, ...]:
 def _judge_pressure(
     channel: Channel, fixes: Fixes, track: Track | None, found: AidInputs
 ) -> Channel:
-    """Return a pressure in Pa, in the unit that fits the height of the fixes."""
+    """Return a pressure in Pa. Its unit must fit the height of the fixes."""
     height = fixes.position[np.isfinite(fixes.position[:, 2]), 2]
     metres = float(np.median(height)) if height.size else 0.0
     expected = _SEA_LEVEL_PA * math.exp(-metres / _SCALE_HEIGHT_M)
@@ -253,7 +256,7 @@ def _judge_heading(
 
 
 def _check_other_unit(channel: Channel, unit: str, track: Track | None) -> None:
-    """Raise LogError with the other unit's name, if the readings fit the motion in that unit."""
+    """Raise LogError with the other unit, if the readings fit the motion in that unit."""
     other = "rad" if unit == "deg" else "deg"
     known, heading, _ = _motion_heading(channel, track)
     misfit = np.abs(_wrap(channel.values * _ANGLE_UNITS[other] - heading)[known])
@@ -264,7 +267,7 @@ def _check_other_unit(channel: Channel, unit: str, track: Track | None) -> None:
 
 
 def _find_angle_unit(channel: Channel, track: Track | None) -> str:
-    """Return the unit of a heading from its size, or from its change when the body rotates."""
+    """Return the unit of a heading, from its size or from its change in a rotation."""
     if len(channel.values) and float(np.abs(channel.values).max()) > _MAX_ANGLE_RAD:
         return "deg"
     known, heading, _ = _motion_heading(channel, track)
@@ -287,7 +290,7 @@ def _find_angle_unit(channel: Channel, track: Track | None) -> str:
 def _fit_convention(
     channel: Channel, track: Track | None, found: AidInputs
 ) -> tuple[Floats, float]:
-    """Return headings from north over east, and their median offset from the motion's heading."""
+    """Return the headings from north over east, and their median offset from the motion."""
     known, heading, _ = _motion_heading(channel, track)
     if known.sum() < _MIN_JUDGED:
         found.notes.append(
@@ -326,7 +329,7 @@ def _fit_convention(
 
 
 def _motion_heading(channel: Channel, track: Track | None) -> tuple[Booleans, Floats, Floats]:
-    """Return the mask of headings known from the motion, these headings, and heights, m."""
+    """Return a mask of known headings from motion, these headings, rad, and the heights, m."""
     n = len(channel.time)
     if track is None or not track.n:
         return np.zeros(n, dtype=np.bool_), np.full(n, np.nan), np.full(n, np.nan)
@@ -337,7 +340,7 @@ def _motion_heading(channel: Channel, track: Track | None) -> tuple[Booleans, Fl
 
 
 def _mask_frozen(channel: Channel, track: Track | None, found: AidInputs) -> Channel:
-    """Mask readings that repeat one value while the vehicle turns or climbs."""
+    """Set readings to NaN that repeat one value while the vehicle turns or climbs."""
     if channel.kind not in _MIN_FROZEN_S:
         return channel
     _, heading, height = _motion_heading(channel, track)

@@ -25,7 +25,7 @@ _MIN_REJECTED_S: Final = 1.0
 
 
 def describe_aids(nav: NavigationFilter, aids: Mapping[str, AidResults]) -> Iterator[str]:
-    """Yield sentences on the constants that a filter estimated, and on rejected readings."""
+    """Yield sentences on the constants that the filter estimated, and on rejected readings."""
     if math.isfinite(nav.height_reference_sigma):
         reference = format_with_error(nav.height_reference, nav.height_reference_sigma)
         yield f"the barometer's height is {reference} m above that of the receiver"
@@ -37,7 +37,7 @@ def describe_aids(nav: NavigationFilter, aids: Mapping[str, AidResults]) -> Iter
 
 
 def _describe_rejected(kind: str, results: AidResults) -> Iterator[str]:
-    """Yield a sentence if a sensor's readings were rejected for a second or more."""
+    """Yield a sentence if the readings of a sensor were rejected for a second or more."""
     spans = [
         (float(results.time[first]), float(results.time[last - 1]))
         for first, last in runs(results.verdict == _REJECTED)

@@ -1,4 +1,4 @@
-"""Readings of a barometer, a compass and the baseline of two antennas, with separate times."""
+"""Readings of a barometer, a compass or an antenna pair, on their own clocks."""
 
 from __future__ import annotations
 
@@ -13,33 +13,37 @@ from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 
 AID_KINDS: Final = ("height", "pressure", "heading", "baseline")
-"""Kinds of readings, in the order of their numbers in ``NavigationFilter.process_arrays``."""
+"""Kinds of aids; ``NavigationFilter.process_arrays`` uses the index in this tuple as the kind."""
 
 OUTPUTS: Final = ("position", "height", "velocity", "attitude", "heading")
-"""Columns of `Track.usable`."""
+"""Names of the columns of `Track.usable`."""
 
 _AXES: Final = {"height": 1, "pressure": 1, "heading": 1, "baseline": 3}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Aid:
-    """Readings of a sensor, for ``NavigationFilter.process``.
+    """Readings of one aid for ``NavigationFilter.process``.
 
     Parameters
     ----------
     time : array_like, shape (k,)
-        Time of each reading, s, rising, on the clock of the sensors.
+        Times of the readings, s, in rising order, on the clock of the inertial sensors.
     value : array_like, shape (k,) or (k, 3)
-        Readings: height, m, pressure, Pa, or heading, rad; of a baseline the vector north, east,
-        down, m. NaN if missing.
+        Readings, NaN if missing. The unit depends on the kind of aid:
+
+        - height: m
+        - pressure: Pa
+        - heading: rad
+        - baseline between two antennas: vector north, east, down, m
     sigma : float or array_like, shape (k,) or (k, 3), optional
-        Standard deviation in the unit of `value`; by default that of the filter.
+        Standard deviation of the readings, in the unit of `value`. Default: the filter's value.
 
     Raises
     ------
     ValueError
-        If shapes do not fit, times are not finite and rising, or a standard deviation is not
-        positive.
+        If the shapes do not fit, the times are not finite and rising, or a standard deviation is
+        not positive.
 
     Examples
     --------
@@ -78,19 +82,22 @@ class Aid:
 
 @dataclass(frozen=True, eq=False)
 class AidResults:
-    """Readings of an aid, and the filter's verdict on each.
+    """Readings of one aid, with the filter's verdict on each reading.
 
     Attributes
     ----------
-    time, value : ndarray, shape (k,), and (k,) or (k, 3)
-        The readings, as in `Aid`.
+    time : ndarray, shape (k,)
+        Times of the readings, s.
+    value : ndarray, shape (k,) or (k, 3)
+        Readings, in the units of `Aid`.
     verdict : ndarray of uint8, shape (k,)
-        An index of `zerorate.navigation.VERDICTS`.
+        Verdict on each reading: an index into `zerorate.navigation.VERDICTS`.
     nis : ndarray, shape (k,)
-        Normalised innovation squared: 1 on average, 3 for a baseline; NaN if the reading is out of
-        sequence.
+        Normalised innovation squared. Its mean is 1 in a consistent filter, or 3 for a baseline. It
+        is NaN if the reading was out of sequence.
     taken : ndarray, shape (k,)
-        Time of the sample after which each reading was processed, s; NaN after the last sample.
+        Time of the sample after which the filter used each reading, s. It is NaN for readings after
+        the last sample.
 
     Examples
     --------
@@ -114,26 +121,26 @@ class AidResults:
 
 @dataclass(frozen=True, eq=False)
 class AidRows:
-    """Readings of all aids in the order of their times.
+    """Readings of all aids, sorted by time.
 
     Parameters
     ----------
     rows : ndarray, shape (a, 8)
-        Kind, time, reading and standard deviation of three axes, for ``process_arrays``.
+        Rows for ``process_arrays``: kind, time, three readings and three standard deviations.
     """
 
     rows: Floats
 
     @classmethod
     def of(cls, given: dict[str, npt.ArrayLike | Aid | None], time: Floats) -> AidRows:
-        """Return the rows of readings by kind, or of readings at each sample."""
+        """Return the rows, from the readings by kind. Readings without times belong to `time`."""
         parts = [
             _pack(kind, aid if isinstance(aid, Aid) else _at_samples(kind, aid, time))
             for kind, aid in given.items()
             if aid is not None
         ]
         rows = np.concatenate(parts) if parts else np.empty((0, 8))
-        # In the order of kinds where times are equal.
+        # Readings at the same time keep the order of their kinds.
         return cls(rows[np.argsort(rows[:, 1], kind="stable")])
 
     def results(self, outputs: dict[str, Any]) -> dict[str, AidResults]:
@@ -160,7 +167,7 @@ def _at_samples(kind: str, values: npt.ArrayLike, time: Floats) -> Aid:
 
 
 def _pack(kind: str, aid: Aid) -> Floats:
-    # Arrays, as `Aid` makes them of its arguments.
+    # `Aid` converts its arguments to arrays.
     time, value, sigma = (np.asarray(part) for part in (aid.time, aid.value, aid.sigma))
     axes = _AXES[kind]
     if (value.ndim == 2) != (axes == 3):
@@ -180,7 +187,7 @@ def unpack_usable(bits: npt.NDArray[np.uint8]) -> Booleans:
 
 
 def judge_sigma(sigma: Floats, limits: dict[str, float]) -> Booleans:
-    """Return the mask of smoothed outputs with a sigma within its limit, shape (n, 5)."""
+    """Return the mask of smoothed outputs with a standard deviation within its limit, (n, 5)."""
     parts = (slice(0, 2), slice(2, 3), slice(3, 6), slice(6, 8), slice(8, 9))
     sizes = [np.sqrt((sigma[:, part] ** 2).sum(axis=1)) for part in parts]
     within: Booleans = np.column_stack(sizes) <= [limits[name] for name in OUTPUTS]

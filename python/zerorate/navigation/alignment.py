@@ -1,4 +1,4 @@
-"""Alignment of a vehicle at rest: roll, pitch, and the bias of the gyro."""
+"""Alignment of a vehicle at rest: roll, pitch and gyro bias."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
 _MIN_REST_S: Final = 10.0
-"""Seconds at rest that an alignment needs."""
+"""Shortest rest for an alignment, s."""
 _MIN_SPAN_S: Final = 1.0
-"""Seconds of a span that is given."""
+"""Shortest span that a caller may give, s."""
 _GRAVITY: Final = 9.80665
 _STEADY_SIGMAS: Final = 6.0
 _SIGMA_PER_MAD: Final = 1.4826
-"""Standard deviation over the median distance from the median, of normal deviates."""
+"""Standard deviation of normal values divided by their median absolute deviation."""
 _MIN_SHIFT: Final = np.array([math.radians(0.05)] * 3 + [0.02] * 3)
-"""Change that means of a second may have in any case, rad/s and m/s^2."""
+"""Change of a one-second mean that is always accepted at rest: gyro, rad/s; force, m/s^2."""
 _GRAVITY_TOLERANCE: Final = 0.1
-"""Part of gravity that the force at rest may be off."""
+"""Largest relative difference between the mean force at rest and gravity."""
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment(Oriented, Result):
-    """Alignment of a vehicle before it moves, as `align` returns it.
+    """Alignment of a vehicle at rest, as `align` returns it.
 
     Parameters
     ----------
     time : float
-        End of the rest, s; the filter begins at this time.
+        End of the rest, s. The filter starts at this time.
     quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
-        deg.
+        Latitude, deg.
     heading_known : bool
-        True if the heading was given; otherwise the attitude has heading zero.
+        True if the heading was given. Otherwise the quaternion has heading zero.
     course : bool
-        True if the filter may use the course as heading.
+        True if the filter may use the course as the heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
-        rad/s and m/s^2.
+        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
     level_sigma, heading_sigma : float
-        Standard deviations of roll and pitch and of the heading, rad.
+        Standard deviation of roll and pitch, and standard deviation of the heading, rad.
     gyro_bias_sigma, accel_bias_sigma : float
-        Standard deviations of each axis' biases, rad/s and m/s^2.
+        Standard deviations of the biases on each axis: gyro, rad/s, and accelerometer, m/s^2.
     notes : tuple of str
-        Sentences on the origin of the alignment.
+        Sentences that say where the alignment comes from.
 
     Examples
     --------
@@ -95,38 +95,41 @@ def align(
     Parameters
     ----------
     imu : Recording
-        Recording with a gyro and an accelerometer, axes forward, right, down (`body_axes` rotates
-        them).
+        Recording with a gyro and an accelerometer. Its axes are forward, right, down (`body_axes`
+        rotates them).
     latitude : float
-        Latitude, deg, within 89.5.
+        Latitude, deg, between -89.5 and 89.5.
     heading : float or "course", optional
-        Heading, rad, from north over east. "course": the direction of the first motion faster than
-        1 m/s and than ten standard deviations of the velocity; for vehicles that move forward. By
-        default the heading is not known; only a filter for a wheeled vehicle can then begin.
+        Heading, rad, from north over east. "course" takes the direction of the first motion, so the
+        vehicle must move forward. This motion must exceed 1 m/s and ten standard deviations of the
+        velocity. Default: the heading is unknown, and only a filter for a wheeled vehicle can
+        start.
     span : tuple of float, optional
-        Start and end of the rest, s, at least one second apart; by default the first rest of 10 s,
-        or half of it if the recording ends with it.
+        Start and end of the rest, s, at least one second apart. Default: the first rest of at least
+        10 s. If the recording ends during this rest, only its first half is used, but at least 10
+        s.
     heading_sigma : float
         Standard deviation of a given heading, rad.
     accel_bias_sigma : float
-        Standard deviation of the accelerometer's bias on each axis, m/s^2. Divided by gravity it is
-        the standard deviation of roll and pitch.
+        Standard deviation of the accelerometer bias on each axis, m/s^2. Divided by gravity, it
+        gives the standard deviation of roll and pitch.
 
     Raises
     ------
     LogError
-        If a sensor is missing, no rest is found, the span has too few samples, or the force in it
-        is not gravity.
+        If a sensor is missing or no rest is found. Also if the span has too few samples, or its
+        mean force is not gravity.
     ValueError
         If an argument is out of range.
 
     Notes
     -----
-    Roll is ``atan2(-f_y, -f_z)``, pitch ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force f.
-    The bias of the gyro is its mean minus the earth's rate. Without a heading only the vertical
-    part of this rate is known; the standard deviation includes the horizontal part. The search ends
-    a rest where second means leave their median, because a gentle start has no more variance than a
-    noisy sensor. A given span is used without a check.
+    Roll is ``atan2(-f_y, -f_z)`` and pitch is ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force
+    f. The gyro bias is the mean rate minus the earth's rate. Without a heading only the vertical
+    part of the earth's rate is known. The horizontal part is then added to the standard deviation.
+    The search ends a rest where one-second means leave their median. The variance does not show a
+    gentle start, because the noise of the sensor may be as large. A given span is used without a
+    check.
 
     Examples
     --------
@@ -184,7 +187,7 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
         first, last = _find_steady_span(samples, rest.start, rest.stop)
         if last - first < _MIN_REST_S:
             continue
-        # Of one that lasts to the end some is left to navigate.
+        # If the recording ends with the rest, part of the rest is left for the navigation.
         ends = float(samples.time[-1]) - last < 1.0
         return first, first + max(_MIN_REST_S, 0.5 * (last - first)) if ends else last
     raise LogError(
@@ -200,8 +203,7 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
     """Return the first long part of a rest in which one-second means are constant.
 
-    Rests are found by variance, and a car that starts gently has no more variance than a noisy
-    sensor.
+    The variance finds the rests, but it misses a gentle start if the sensor is noisy.
     """
     time, width = samples.time, max(1, round(samples.log.rate))
     begin, end = np.searchsorted(time, [first, last])
@@ -222,13 +224,13 @@ def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[floa
         _STEADY_SIGMAS * _SIGMA_PER_MAD * np.median(distance[has_samples], axis=0), _MIN_SHIFT
     )
     steady = runs((distance <= limit).all(axis=1))
-    # A cruise with a slow turn is steady too, and longer: the vehicle rests before it moves.
+    # A cruise with a slow turn is steady, too, and may be longer: the first long part is the rest.
     long = steady[steady[:, 1] - steady[:, 0] >= _MIN_REST_S]
     a, b = long[0] if len(long) else (0, 0)
     if (a, b) == (0, seconds):
         return first, last
     if b < seconds:
-        b = max(a, b - 1)  # it may have begun to move in the last second
+        b = max(a, b - 1)  # the vehicle may have started during the last second
     start = first if a == 0 else float(time[begin + a * width])
     return start, float(time[min(begin + b * width, len(time) - 1)])
 
@@ -270,7 +272,7 @@ def level_attitude(force: Floats, yaw: float) -> Floats:
 
 
 def _sigma_of_mean(values: Floats, samples: Samples) -> float:
-    """Return the standard deviation of a mean, from one-second means: the noise is not white."""
+    """Return the standard deviation of a mean of coloured noise, from one-second means."""
     width = max(1, round(samples.log.rate))
     count = len(values) // width
     if count < 3:

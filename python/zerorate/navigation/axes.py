@@ -1,4 +1,4 @@
-"""Axes of the sensors, from the force when a vehicle speeds up, brakes and turns."""
+"""Sensor axes of a vehicle, from the forces when it speeds up, brakes and turns."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from zerorate.navigation.windows import GRAVITY_M_S2, Means, Windows
 from zerorate.types import Floats
 
 _ROAD_NOISE_M_S2: Final = 0.3
-"""Standard deviation of a mean force by what a receiver does not see, m/s^2."""
+"""Standard deviation of a mean force by motion that the receiver does not measure, m/s^2."""
 _HUBER_LIMIT: Final = 2.5
 _BLOCK_S: Final = 10.0
 _MIN_WINDOWS: Final = 20
 _MAX_YAW_SIGMA_RAD: Final = math.radians(2.0)
 _JACKKNIFE_FACTOR: Final = 1.15
-"""By how much the jackknife is too small: two thirds of 40 drives are within it so."""
+"""Factor on the jackknife's sigma, so that two thirds of 40 drives are within one sigma."""
 _GAIN_RANGE: Final = (0.7, 1.3)
 _MIN_CORRELATION: Final = 0.6
 
@@ -30,17 +30,18 @@ class Axes:
     Parameters
     ----------
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the sensor's axes, assumed right-handed, to forward, right, down.
+        Rotation from the sensor's axes to forward, right, down. The sensor is assumed right-handed.
     yaw : float
         Angle about down from the sensor's x axis to forward, rad.
     yaw_sigma : float
-        Standard deviation of this angle, rad.
+        Standard deviation of `yaw`, rad.
     skew : float
-        Angle between the right axis and its expected direction, rad; about pi for mirrored axes.
+        Angle between the measured right axis and its expected direction, rad. It is about pi for
+        mirrored axes.
     skew_sigma : float
-        Its standard deviation, rad.
+        Standard deviation of `skew`, rad.
     certain : bool
-        True if the axes are certain enough to be used automatically.
+        True if the axes are certain enough to be used without confirmation.
 
     Examples
     --------
@@ -60,7 +61,7 @@ class Axes:
 
     @property
     def handedness(self) -> str:
-        """Handedness: "right", "left", or "" if it is not known."""
+        """Handedness of the axes: "right", "left", or "" if it is unknown."""
         size, sigma = abs(self.skew), self.skew_sigma
         if sigma > math.radians(30.0):
             return ""
@@ -70,13 +71,13 @@ class Axes:
 
     @property
     def turn(self) -> float:
-        """Angle of the full rotation, rad."""
+        """Angle of the rotation `body_from_sensor`, rad."""
         return math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(self.body_from_sensor)) - 1.0))))
 
 
 @dataclass(frozen=True, eq=False)
 class _ForceSamples:
-    """Mean forces with their expectations, and weights."""
+    """Mean forces, their expected values, and their weights."""
 
     force: Floats
     motion: Floats
@@ -91,14 +92,14 @@ class _ForceSamples:
 
 
 def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
-    """Estimate the axes of a sensor from forces; None if there is almost no motion.
+    """Estimate the axes of a sensor from forces. Returns None if there is almost no motion.
 
     Notes
     -----
-    The mean force over a second is fitted by three regressors: 1, the acceleration along the course
-    including the slope of the road, and the acceleration across the course. Their coefficients are
-    up, forward and right in the sensor's axes. Standard deviations come from leaving out blocks of
-    ten seconds.
+    The mean force over a second is a linear function of three regressors. They are 1, the
+    acceleration along the course (including the road's slope), and the acceleration across the
+    course. The coefficients are the directions up, forward and right in the sensor's axes. A
+    jackknife over blocks of ten seconds gives the standard deviations.
     """
     rows = _pair_forces(means, windows, lag)
     if len(rows.force) < _MIN_WINDOWS:
@@ -148,7 +149,7 @@ def _pair_forces(means: Means, windows: Windows, lag: float) -> _ForceSamples:
 
 
 def _solve(rows: _ForceSamples) -> Floats | None:
-    """Return up, forward and right in the sensor's axes, the rows of a matrix."""
+    """Return a matrix with rows up, forward and right, in the sensor's axes."""
     normal = rows.motion.T @ (rows.weight[:, np.newaxis] * rows.motion)
     if len(rows.force) < 3 or np.linalg.cond(normal) > 1e10:
         return None
@@ -156,7 +157,7 @@ def _solve(rows: _ForceSamples) -> Floats | None:
 
 
 def _fit_coefficients(rows: _ForceSamples) -> tuple[Floats, _ForceSamples] | None:
-    """Return coefficients and samples with Huber's weights, lower for outliers."""
+    """Return the coefficients, and the samples with Huber weights against outliers."""
     own = rows
     for _ in range(5):
         solution = _solve(own)
@@ -171,7 +172,7 @@ def _fit_coefficients(rows: _ForceSamples) -> tuple[Floats, _ForceSamples] | Non
 
 
 def _level_axes(down: Floats) -> tuple[Floats, Floats]:
-    """Return two level axes: the levelled x (y if x is vertical), and the axis to its right."""
+    """Return two level axes: x, or y if x is vertical, made level; and the axis to its right."""
     x = np.eye(3)[0 if abs(down[0]) < 0.9 else 1]
     first = x - (x @ down) * down
     first /= np.linalg.norm(first)
@@ -181,7 +182,7 @@ def _level_axes(down: Floats) -> tuple[Floats, Floats]:
 def _fit_angles(
     rows: _ForceSamples, coefficients: Floats, first: Floats, second: Floats
 ) -> tuple[float, float, float]:
-    """Return the angle of forward, the skew of the right axis, and the yaw."""
+    """Return the angle of forward, the skew of the right axis, and the yaw, rad."""
     _, forward, right = coefficients
     ahead = math.atan2(forward @ second, forward @ first)
     aside = math.atan2(right @ second, right @ first) - 0.5 * math.pi

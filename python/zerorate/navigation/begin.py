@@ -1,6 +1,6 @@
-"""The beginning of a navigation: axes, clock, antenna, start and noise, unless stated.
+"""Start of a navigation: finds axes, clock, antenna, alignment and noise, unless stated.
 
-The task, the report and the outages all begin here, so they navigate in the same way.
+The task, the report and the outages all use this module, so that they navigate in the same way.
 """
 
 from __future__ import annotations
@@ -35,48 +35,48 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 Mount: TypeAlias = RotationLike | Literal["auto", "none"]
-"""Rotation from the sensors' axes to the body's; to be found; or the axes are the body's."""
+"""Rotation from sensor axes to body axes; "auto" finds it; "none": both axes are the same."""
 Offset: TypeAlias = float | TimeOffset | Literal["auto"]
-"""Offset added to the times of fixes, s, or the request to find it."""
+"""Offset to add to the times of fixes, s; "auto" finds it."""
 Heading: TypeAlias = float | Literal["course"] | None
-"""At the start, rad from north over east; the direction of the first motion; or to be found."""
+"""Heading at the start, rad; "course": direction of the first motion; None: find it."""
 
 ProcessNoise: TypeAlias = Literal["auto", "stated"]
-"""Noise of the filter by its coasting, or as stated."""
+"""Source of the process noise: errors while coasting, or the stated models."""
 
 _STATED_SIGMA_M: Final = 0.05
 _UNKNOWN_SIGMA_M: Final = 1.0
-"""Standard deviation of an antenna's place that is stated, and of one that is not."""
+"""Standard deviation of the antenna position, m: stated position and unknown position."""
 _SEPARATE_CLOCK_S: Final = 1.0
-"""Difference of two clocks from which on they were never meant to be one."""
+"""Clock difference, s, above which the fixes are treated as having their own clock."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(3.0)
-"""Rotation below which found axes are left alone: a road slopes by as much."""
+"""Smallest rotation for which estimated axes are used; the slope of a road can be as large."""
 _MAX_NOISE_FACTOR: Final = 0.5
-"""Factor on white noise below which clock and antenna are searched again."""
+"""Factor on white noise below which clock and antenna are estimated a second time."""
 _MIN_OFFSET_S: Final = 0.02
-"""Offset of a clock below which it is left alone."""
+"""Smallest clock offset that is corrected, s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
-    """Mounting of a vehicle's sensors as stated by arguments or by the recording's metadata.
+    """Mounting of the sensors in a vehicle, from arguments or from the recording's metadata.
 
     Attributes
     ----------
     matrix : ndarray, shape (3, 3), or None
-        Rotation from the sensors' axes to forward, right, down; None if nothing states it.
+        Rotation from the sensors' axes to forward, right, down. None if it is not stated.
     axes_are_body : bool
         True if the sensors' axes are stated to be the body's axes.
     antenna : ndarray, shape (3,)
-        Vector from the sensors to the antenna, m; zero if nothing states it.
+        Vector from the sensors to the antenna, m. Zero if it is not stated.
     antenna_sigma : float
         Standard deviation of `antenna`, m.
     time_offset : float or TimeOffset
-        Offset to add to the times of fixes, s; zero if nothing states it.
+        Offset to add to the times of fixes, s. Zero if it is not stated.
     offset_source : {"argument", "metadata", ""}
         Source of `time_offset`.
     note : str
-        A sentence on the values from the metadata.
+        A sentence that lists the values from the metadata.
     """
 
     matrix: Floats | None
@@ -95,7 +95,7 @@ class Vehicle:
         antenna: npt.ArrayLike | None,
         time_offset: Offset,
     ) -> Self:
-        """Return the mounting from the arguments, and from metadata for missing arguments."""
+        """Return the mounting. The metadata replace missing arguments."""
         stated = recording.mounting or Mounting()
         automatic = isinstance(mount, str) and mount == "auto"
         matrix = stated.body_from_sensor if automatic else _check_mount(mount)
@@ -126,7 +126,7 @@ class Vehicle:
         return check_navigation(body, fixes, time_offset=offset.seconds)
 
     def estimate_mount(self, checks: NavigationChecks) -> Floats | None:
-        """Return the axes estimated from the motion, if not stated and certain."""
+        """Return the axes estimated from motion, if they are certain and no axes were stated."""
         axes = checks.axes
         if self.matrix is not None or self.axes_are_body or axes is None or not axes.certain:
             return None
@@ -137,7 +137,7 @@ class Vehicle:
         )
 
     def mistakes(self, checks: NavigationChecks) -> tuple[NavigationFinding, ...]:
-        """Return the mistakes, except axes that `find_beginning` corrects from the motion."""
+        """Return the mistakes, without wrong axes that `find_beginning` corrects."""
         has_mount = self.estimate_mount(checks) is not None
         return tuple(
             finding for finding in checks.mistakes if finding.what != "mount" or not has_mount
@@ -146,31 +146,33 @@ class Vehicle:
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """Beginning of a navigation, as `find_beginning` returns it.
+    """Start of a navigation, as `find_beginning` returns it.
 
     Attributes
     ----------
     recording : Recording
-        Recording in the axes of the body: forward, right, down.
+        Recording, rotated to the body's axes forward, right, down.
     start : Alignment
-        Start for `zerorate.NavigationFilter`.
+        Alignment at the start, for `zerorate.NavigationFilter`.
     time_offset : float or TimeOffset
         Offset to add to the times of the fixes, s.
     clock : TimeOffset or None
-        Offset with the best fit of sensors and fixes; None if it is not identifiable.
+        Clock offset at which sensors and fixes agree best. None if it cannot be identified.
     antenna : ndarray, shape (3,)
         Vector from the sensors to the antenna, m.
     antenna_sigma : ndarray, shape (3,)
         Standard deviations of `antenna`, m.
     consider_antenna : bool
-        True if the antenna was found with the clock: the filter includes its standard deviation,
-        but does not estimate it.
+        True if the antenna was found with the clock. The filter then includes its standard
+        deviation but does not estimate the antenna.
     checks : NavigationChecks
-        Checks of sensors and fixes against each other.
+        Results of the checks of sensors and fixes against each other.
     noise : FoundNoise or None
-        Process noise from coasting; None if it was not searched.
-    alarms, notes : tuple of str
-        Contradictions in the recording, and sentences on estimates and assumptions.
+        Process noise from errors while coasting. None if it was not estimated.
+    alarms : tuple of str
+        Sentences on contradictions in the recording.
+    notes : tuple of str
+        Sentences on estimates and assumptions.
 
     Examples
     --------
@@ -194,7 +196,7 @@ class Beginning:
     notes: tuple[str, ...]
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
-        """Return a filter with this beginning and options of `zerorate.NavigationFilter`."""
+        """Return a filter with this start and options of `zerorate.NavigationFilter`."""
         known = {"antenna_sigma": self.antenna_sigma, "consider_antenna": self.consider_antenna}
         options = {**known, **options}
         if self.noise is not None and not self.noise.kept:
@@ -216,7 +218,7 @@ def find_beginning(
     alarms: list[str] | None = None,
     **options: Any,  # noqa: ANN401
 ) -> Beginning:
-    """Find axes, clock, start and noise of a navigation, unless they are stated.
+    """Find axes, clock, alignment and noise of a navigation, unless they are stated.
 
     Parameters
     ----------
@@ -225,30 +227,36 @@ def find_beginning(
     fixes : Fixes
         Fixes of the receiver.
     mount : array_like, shape (3, 3), "auto" or "none"
-        Rotation from the sensors' axes to forward, right, down. "auto": from the recording's
-        metadata, or else from the motion. "none": the sensors' axes are the body's.
+        Rotation from the sensors' axes to forward, right, down. "auto" takes it from the
+        recording's metadata, or else from the motion. "none" means that the sensors' axes are the
+        body's axes.
     antenna : array_like, shape (3,), optional
-        Vector from the sensors to the antenna, m forward, right, down. Default: from the metadata,
-        or else zero, with a standard deviation of 1 m.
+        Vector from the sensors to the antenna, m forward, right, down. Default: the recording's
+        metadata, or else zero with a standard deviation of 1 m.
     time_offset : float, TimeOffset or "auto"
-        Offset added to the times of the fixes, s. "auto": the best fit of sensors and fixes.
+        Offset to add to the times of the fixes, s. "auto" finds the offset at which sensors and
+        fixes agree best.
     heading : float or "course", optional
-        Heading, as in `find_start`, rad.
+        Heading at the start, rad, as in `find_start`.
     rest : tuple of float, optional
-        Start and end of the rest at the start, s after the first sample. Default: found.
+        Start and end of the first rest, s after the first sample. Default: the rest is detected.
     noise : {"auto", "stated"}
-        Process noise of the filter: from coasting errors, by `find_noise`; or from the options.
+        "auto" estimates the process noise with `find_noise`. "stated" uses the models in the
+        options.
     checks : NavigationChecks, optional
-        Earlier checks of a longer part of the recording.
+        Results of earlier checks on a longer part of the recording. Default: the checks are run
+        here.
     alarms : list of str, optional
-        List to which alarms are added as soon as they are known, before errors that may follow.
+        List that collects the alarms. An alarm is added at once, so it is there even if an error
+        follows.
     **options
-        Options of `zerorate.NavigationFilter` for the estimation of clock, heading and noise.
+        Options of `zerorate.NavigationFilter`. They apply while clock, heading and noise are
+        estimated.
 
     Raises
     ------
     LogError
-        If there is no start, or a sensor is missing.
+        If no start is found, or a sensor is missing.
     ValueError
         If an argument is out of range.
 
@@ -273,7 +281,7 @@ def find_beginning(
     arm = search.arm(clock, offset)
     found = search.find_noise(start, offset, arm) if noise == "auto" else None
     if clock is not None and found is not None and min(found.factors[:2]) < _MAX_NOISE_FACTOR:
-        # Sensors that are better than assumed tell more of clock and antenna.
+        # Sensors that are better than assumed give a more accurate clock and antenna position.
         search = replace(search, options={**options, **found.white_models})
         start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
         arm = search.arm(clock, offset)
@@ -301,7 +309,7 @@ def find_beginning(
 
 @dataclass(frozen=True, eq=False)
 class _Arm:
-    """Antenna position, m, and its standard deviation, estimated or considered by the filter."""
+    """Antenna position, m, with its standard deviation; the filter estimates or considers it."""
 
     place: Floats
     sigma: Floats
@@ -310,7 +318,7 @@ class _Arm:
 
     @classmethod
     def found(cls, clock: TimeOffset) -> _Arm:
-        """Return the antenna's position that was estimated together with a clock."""
+        """Return the antenna position that was estimated together with a clock."""
         place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
         fitted = ", ".join(map(format_with_error, place, sigma))
         note = f"the antenna is {fitted} m forward, right and down of the sensors, from the fixes"
@@ -318,7 +326,7 @@ class _Arm:
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
-    """Yield a line for each mistake, with the correction or the option to type."""
+    """Yield a line per mistake, with the correction made or the option to type."""
     for finding in vehicle.mistakes(checks):
         advice: str | Sentence = ""
         if finding.what == "mount":
@@ -334,7 +342,7 @@ def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[s
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The search for a start and a clock, in the axes of the body."""
+    """Search for alignment and clock, in the axes of the body."""
 
     recording: Recording
     fixes: Fixes
@@ -346,7 +354,7 @@ class _Search:
     def find_start_and_clock(
         self, checks: NavigationChecks
     ) -> tuple[Alignment, float | TimeOffset, TimeOffset | None, str]:
-        """Return the start of the filter, its clock, the clock that fits best, and a sentence."""
+        """Return the alignment, the offset in use, the best-fitting offset, and a sentence."""
         vehicle = self.vehicle
         stated = vehicle.time_offset
         if isinstance(stated, TimeOffset):
@@ -358,7 +366,7 @@ class _Search:
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
             if clock is not None and self._takes_arm(clock):
-                # Clock and antenna are one answer: only their difference is not identifiable.
+                # Take clock and antenna from one estimate: the data may not separate them.
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(
@@ -378,12 +386,12 @@ class _Search:
         return self._find_start(clock), clock, clock, sentence
 
     def _takes_arm(self, clock: TimeOffset) -> bool:
-        """Return True if the antenna was found with the clock, and neither was stated."""
+        """Return True if clock and antenna were found together and neither was stated."""
         free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
         return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
 
     def arm(self, clock: TimeOffset | None, offset: float | TimeOffset) -> _Arm:
-        """Return the antenna's position: estimated with the clock in use, or else as stated."""
+        """Return the antenna position: estimated with the clock in use, or else stated."""
         if clock is not None and clock is offset and self._takes_arm(clock):
             return _Arm.found(clock)
         vehicle = self.vehicle
@@ -408,7 +416,7 @@ class _Search:
         )
 
     def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
-        """Return the clock offset of the fixes; None if it is not identifiable."""
+        """Return the clock offset of the fixes. None if it cannot be identified."""
         options = self._options_with_antenna()
         options.pop("gate", None)
         options.pop("adapt", None)
@@ -421,25 +429,25 @@ class _Search:
                 **options,
             )
         except ValueError:
-            # The filter did not begin.
+            # The filter did not start.
             return None
         return offset if offset.identifiable else None
 
     def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
-        """Return the process noise from coasting; a stated antenna's small error is neglected."""
+        """Return the process noise from coasting; the error of a stated antenna is neglected."""
         options = {**self._options_with_antenna(), "antenna": arm.place}
         spread = 0.0 if arm.is_found else options["antenna_sigma"]
         options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
     def _options_with_antenna(self) -> dict[str, Any]:
-        """Return options of a filter with the standard deviation of the antenna's position."""
+        """Return the filter's options, with the standard deviation of the antenna position."""
         vehicle = self.vehicle
         known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
         return {**known, **self.options}
 
     def _options_at(self, offset: float | TimeOffset) -> dict[str, Any]:
-        """Return the filter's options, with the antenna that was found with the clock, if any."""
+        """Return the filter's options, with the antenna position that was found, if any."""
         options = self._options_with_antenna()
         if isinstance(offset, TimeOffset) and self._takes_arm(offset):
             options["antenna"] = np.array(offset.antenna)

@@ -1,4 +1,4 @@
-"""The offset of a receiver's clock from the sensors' clock, from innovations."""
+"""Clock offset of a receiver relative to the sensors, from a filter's innovations."""
 
 from __future__ import annotations
 
@@ -35,47 +35,47 @@ from zerorate.types import Booleans, Floats, Integers
 _SCAN_OFFSETS_S: Final = np.arange(-0.6, 0.61, 0.15)
 _MAX_NIS: Final = 25.0
 _DIFFERENCE_STEPS: Final = np.array([0.1, 0.1, 1e-4, 0.05, 0.05, 0.05])
-"""A fix that moves by the covariance's step stays as far behind it."""
+"""Steps of the numerical derivatives: s, s, 1 and m. Time steps match the covariance's step."""
 _MAX_STEPS: Final = np.array([0.3, 0.3, 1e-3, 0.7, 0.7, 0.7])
 _CONVERGED_STEPS: Final = np.array([1e-3, 1e-3, 1e-5, 5e-3, 5e-3, 5e-3])
 _SMALL_STEPS: Final = 5.0 * _CONVERGED_STEPS
-"""Steps after which it is done, and below which slopes are those of the turn before."""
+"""Steps that count as converged, and steps below which earlier slopes are used again."""
 _OFFSET_SIGMA_S: Final = 0.3
 _RATE_PRIOR: Final = 1e-3
 _UNKNOWN_ANTENNA_M: Final = 1.0
 _STATED_ANTENNA_M: Final = 0.05
-"""Prior sigmas: of offsets, of their rate, of an antenna's position, stated or not."""
+"""Prior standard deviations: offset, s; rate; antenna position, m, unknown and stated."""
 _FIRST_GUESS_S: Final = 150.0
-"""Seconds that suffice for a first guess."""
+"""Length of the record that the first guess uses, s."""
 _COST_ROUGHNESS: Final = 4.0
-"""By how much a cost may rise: it is rough where fixes come and go between two samples."""
+"""Accepted increase of the cost: the cost jumps when a fix moves past a sample."""
 _MAX_ITERATIONS: Final = 8
 _OUTLIER_FACTOR: Final = 2.0
 _MAX_OUTLIER_SHARE: Final = 0.1
 _MAX_OUTLIER_PASSES: Final = 2
-"""A fix beyond so many of these limits is left out, unless there are more; so many times."""
+"""Outliers exceed the limits by this factor; largest share of outliers; number of passes."""
 _MANY_SPIKES_SHARE: Final = 0.02
 _FINE_RECEIVER_M: Final = 0.1
 _SPIKES_FACTOR: Final = 3.0
-"""Share of spikes from which on a receiver of centimetres is believed less, by this factor."""
+"""Above this share of spikes, a receiver of this accuracy, m, gets a larger sigma."""
 _SLOW_SPEED_M_S: Final = 3.0
 _SLOW_FACTOR: Final = 1.5
-"""Speed below which positions alone are less informative than they seem, by this factor."""
+"""Below this speed, sigma is multiplied by this factor if there are positions only."""
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
 _MIN_MOVING_FIXES: Final = 10
-"""Fewest fixes in motion for an estimate."""
+"""Smallest number of fixes in motion for an estimate."""
 _MAX_MEAN_NIS: Final = 4.0
 _MAX_ANTENNA_M: Final = 4.0
 _STEP_TOLERANCES: Final = np.array([0.01, 0.01, 1e-4, 0.05, 0.05, 0.05])
-"""Step that is still to be taken where the numbers count as found in any case."""
+"""Remaining step that always counts as converged."""
 _RATE_SIGMAS: Final = 3.0
 _RATE_SIGMA_FLOOR: Final = 5e-6
 _OPEN_GATE: Final = 1e12
 _MAX_OFFSET_S: Final = 1.0
-"""Seconds of offset that are looked for, on both sides."""
+"""Largest difference from the start value that is accepted, s."""
 _MAX_SIGMA_S: Final = 0.1
-"""A standard deviation, s, above which nothing is known."""
+"""Standard deviation above which an offset counts as unknown, s."""
 _THREAD_COUNT: Final = 2
 
 
@@ -87,10 +87,14 @@ def find_time_offset(
     time_offset: float = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> TimeOffset:
-    """Find the offset to add to the times of the fixes, and the antenna's position.
+    """Find the offset to add to the times of the fixes, and the antenna position.
 
-    The estimates, with standard deviations, are the offsets of positions and velocities, their
-    common rate, and the antenna's position. They minimise a filter's innovations.
+    The search minimises the innovations of a filter over these parameters, and returns their
+    standard deviations:
+
+    - offset of the positions and offset of the velocities
+    - common rate of both offsets
+    - antenna position
 
     Parameters
     ----------
@@ -101,31 +105,35 @@ def find_time_offset(
     start : Alignment
         As in `NavigationFilter`.
     time_offset : float
-        Start value of the search, s, within 0.6 s of the result. `check_navigation` finds offsets
-        of any size to tenths of a second.
+        Start value of the search, s. It must be within 0.6 s of the true offset. `check_navigation`
+        finds offsets of any size to tenths of a second.
     **options
-        As in `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
-        count as its noise, or they would not show a clock offset. ``antenna_sigma`` is the prior
-        standard deviation of the antenna's position, m: by default 0.05 if ``antenna`` is given,
-        otherwise 1.
+        As in `NavigationFilter`, but without ``adapt`` and ``gate``. An adaptive filter would treat
+        the clock error as noise of the receiver. ``antenna_sigma`` is the prior standard deviation
+        of the antenna position, m. Default: 0.05 if ``antenna`` is given, otherwise 1.
 
     Raises
     ------
     ValueError
-        If an option is out of range, or the filter never begins.
+        If an option is out of range, or the filter never starts.
 
     Notes
     -----
-    Gauss-Newton steps on the normalised innovations after the first 20 s; innovations beyond three
-    robust standard deviations have less weight. At constant speed a clock offset and an antenna
-    forward of the sensors have the same effect. If the record does not separate them, the prior
-    (0.3 s, 1e-3, 1 m) does, and the standard deviations grow. Forward slopes are multiplied by
-    backward slopes, because their noises are independent. A position or velocity beyond six
-    standard deviations is left out unless the next one has a similar error of the same sign.
-    Standard deviations have a lower bound: the value for innovations of the size that the filter
-    predicts, with a fifth of a sample interval. A rate is reported only if it exceeds three
-    standard deviations. If innovations are twice their expected size, the clock does not explain
-    them and no offset is reported.
+    The search uses Gauss-Newton steps on the normalised innovations after the first 20 s.
+    Innovations beyond three robust standard deviations get less weight. Forward slopes are
+    multiplied by backward slopes, because the noises of both are independent.
+
+    At constant speed a clock offset has the same effect as an antenna forward of the sensors. If
+    the record does not separate them, the prior does (0.3 s, 1e-3, 1 m), and the standard
+    deviations grow.
+
+    A position or velocity beyond six standard deviations is left out. It is kept if the next
+    innovation has a similar size and the same sign.
+
+    The standard deviations have a lower bound: the value for innovations of the predicted size. A
+    fifth of a sample interval is then added. A rate is reported only if it exceeds three standard
+    deviations. No offset is reported if the innovations are twice their expected size, because the
+    clock then does not explain them.
 
     Examples
     --------
@@ -146,15 +154,15 @@ def find_time_offset(
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
     samples = Samples.of(imu, mag=False, what="navigation")
     steps, options = Increments.for_filter(samples, options)
-    # What was found of the heading was so with another clock.
+    # The heading was found with another clock, so its standard deviation is raised.
     loose = replace(start, heading_sigma=max(start.heading_sigma, _MIN_HEADING_SIGMA_RAD))
     antenna = options.pop("antenna", None)
     known = _UNKNOWN_ANTENNA_M if antenna is None else _STATED_ANTENNA_M
     spread = options.pop("antenna_sigma", known)
     lever = np.zeros(3) if antenna is None else np.asarray(antenna, dtype=np.float64)
-    # Refuse wrong options before a thread meets them.
+    # Check the options here, before a thread raises the error.
     NavigationFilter(loose, antenna=lever, antenna_sigma=spread, **options)
-    # No move of the clock takes one before the start.
+    # Even with the largest clock offset, no fix may come before the start.
     later = gnss.between(start.time - time_offset + _MAX_OFFSET_S)
     clean, spike_share = without_spikes(later)
     receiver = _Receiver.of(_thin_fixes(clean), spike_share)
@@ -164,7 +172,7 @@ def find_time_offset(
 
 
 def _thin_fixes(fixes: Fixes) -> Fixes:
-    """Return at most two fixes per second: errors of denser fixes are correlated."""
+    """Return at most two fixes per second, because denser fixes have correlated errors."""
     if len(fixes) < 2:
         return fixes
     every = round(0.5 / float(np.median(np.diff(fixes.time))))
@@ -175,8 +183,8 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 class _Prior:
     """Prior of the search: values, standard deviations, and the mask of searched parameters.
 
-    The parameters are the offsets of positions and velocities, s, their common rate, and the
-    antenna's position, m.
+    The parameters are the offset of positions, s, the offset of velocities, s, their common rate,
+    and the antenna position, m.
     """
 
     theta: Floats
@@ -192,14 +200,14 @@ class _Prior:
         return cls(theta, sigma, np.flatnonzero(free))
 
     def away(self, theta: Floats) -> Floats:
-        """Return the searched parameters' distance from the prior, in standard deviations."""
+        """Return the distance of the searched parameters from the prior, in standard deviations."""
         away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
         return away[self.free]
 
 
 @dataclass(frozen=True, eq=False)
 class _Receiver:
-    """Fixes of a receiver, and their properties."""
+    """Fixes of a receiver, with their speed and their share of spikes."""
 
     gnss: Fixes
     has_velocities: bool
@@ -211,7 +219,7 @@ class _Receiver:
 
     @property
     def speed(self) -> Floats:
-        """Speed at the fixes, m/s; 0 where it does not differ significantly from zero."""
+        """Speed at each fix, m/s; 0 if it does not differ significantly from zero."""
         if self.has_velocities:
             epochs = Epochs.of(self.gnss)
             speed, sigma = epochs.speed, epochs.sigma
@@ -225,11 +233,11 @@ class _Receiver:
 
 @dataclass(frozen=True, eq=False)
 class _Innovations:
-    """Normalised innovations of each fix, shape (m, 6), NaN where it was not used."""
+    """Normalised innovations of each fix, shape (m, 6); NaN if the fix was not used."""
 
     scalars: Floats
     unmasked: Floats
-    """The same with those of the first seconds, which count for no clock."""
+    """Normalised innovations including the first seconds, which the search does not use."""
 
     @property
     def used(self) -> Booleans:
@@ -238,7 +246,7 @@ class _Innovations:
 
 @dataclass(eq=False)
 class _Search:
-    """Runs of a filter with shifted fixes and another antenna position."""
+    """Filter runs with shifted fixes and another antenna position."""
 
     samples: Increments
     receiver: _Receiver
@@ -256,11 +264,11 @@ class _Search:
 
     @property
     def gnss(self) -> Fixes:
-        """The fixes."""
+        """The receiver's fixes."""
         return self.receiver.gnss
 
     def first_minutes(self) -> _Search:
-        """Return a search that uses the first minutes only."""
+        """Return a search over the first 150 s only."""
         fixes, whole, stop = self.gnss, self.samples, 0.0
         if len(fixes):
             fixes = fixes.between(stop=fixes.time[0] + _FIRST_GUESS_S)
@@ -271,14 +279,14 @@ class _Search:
         return _Search(steps, receiver, self.start, self.options, self.prior, self.pool)
 
     def fix_times(self, theta: Floats) -> tuple[Floats, Floats]:
-        """Return the times of positions and of velocities, with their offsets and rate applied."""
+        """Return the corrected times of the positions and of the velocities, s."""
         drift = theta[RATE] * (self.gnss.time - self.middle)
         velocity = self.gnss.velocity_time
         velocity = self.gnss.time if velocity is None else velocity
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
 
     def position_lag(self, theta: Floats) -> float:
-        """Return the median delay of positions after their nearest velocities, s."""
+        """Return the median delay of a position after the nearest velocity, s."""
         position, velocity = self.fix_times(theta)
         velocity = np.sort(velocity)
         after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
@@ -306,18 +314,18 @@ class _Search:
         return _Innovations(scalars, whole)
 
     def find(self) -> TimeOffset:
-        """Return the offset at which the innovations are the smallest."""
+        """Return the offset with the smallest innovations."""
         theta = self.first_minutes().scan()
         if theta is None or np.count_nonzero(self.receiver.speed) < _MIN_MOVING_FIXES:
             return TimeOffset(math.nan, math.inf)
         offset = self.descend(theta)
         if not offset.identifiable:
-            # From another side, where the first minutes were those of a filter that finds itself.
+            # Start from the prior instead: during the first guess the filter may not have settled.
             offset = self.descend(self.prior.theta)
         return offset
 
     def descend(self, theta: Floats) -> TimeOffset:
-        """Return the offset that steps from these start values converge to."""
+        """Return the offset to which steps from these start values converge."""
         now, slopes = self.run(theta), None
         for _ in range(_MAX_ITERATIONS):
             slopes = self.slopes(theta, now) if slopes is None else slopes
@@ -340,7 +348,7 @@ class _Search:
         return self.estimate(theta, now, equations)
 
     def drop_outliers(self, outliers: Booleans) -> _Search:
-        """Return a search without the masked positions and velocities, shape (m, 2)."""
+        """Return a search without the positions and velocities of a mask, shape (m, 2)."""
         search = replace(self, outlier_passes=self.outlier_passes + 1)
         search.rows = self.rows.copy()
         for k, part in enumerate((slice(1, 4), slice(4, 7))):
@@ -348,7 +356,7 @@ class _Search:
         return search
 
     def scan(self) -> Floats | None:
-        """Return the best common offset of positions and velocities."""
+        """Return the best offset that positions and velocities share."""
         candidates = [self.prior.theta + x * OFFSETS for x in _SCAN_OFFSETS_S]
         runs = list(self.pool.map(self.run, candidates))
         if not any(run.used.any() for run in runs):
@@ -368,14 +376,15 @@ class _Search:
         return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
     def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
-        """Return the innovations' derivatives by each parameter, forward and backward."""
+        """Return the derivatives of the innovations by each parameter, forward and backward."""
         h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
         moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
         lag = self.position_lag(theta) if has_both else math.inf
         near = abs(lag) <= h[0]
         if near:
-            # Which of two events comes first decides what is new of either: neither is moved past
-            # the other. Of one time the position is the first.
+            # The innovations depend on the order of a position and its velocity. Neither may
+            # therefore
+            # move past the other. At equal times the position comes first.
             away = 1.0 if lag > 0.0 else -1.0
             moves[:4] = [
                 (0, OFFSETS), (0, -OFFSETS), (0, away * unit[0]), (1, -away * unit[1]),
@@ -398,7 +407,7 @@ class _Search:
     def search_line(
         self, theta: Floats, step: Floats, now: _Innovations, weights: Weights
     ) -> tuple[Floats, _Innovations]:
-        """Return parameters and innovations after a step, which is halved while the cost rises."""
+        """Return parameters and innovations after a step, halved while the cost rises."""
         before = float((self.prior.away(theta) ** 2).sum())
         for _ in range(5):
             moved = theta - step
@@ -412,7 +421,7 @@ class _Search:
         return theta, now
 
     def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
-        """Return the parameters and standard deviations, without an insignificant rate."""
+        """Return the parameters with standard deviations; an insignificant rate is set to zero."""
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
         unknown = TimeOffset(math.nan, math.inf, nis=nis)
         sigma, remaining = equations.sigmas(), equations.remaining()
@@ -421,7 +430,7 @@ class _Search:
         if (np.abs(remaining) > np.maximum(2.0 * sigma, _STEP_TOLERANCES)).any():
             return unknown
         if not abs(theta[RATE]) > _RATE_SIGMAS * math.hypot(sigma[RATE], _RATE_SIGMA_FLOOR):
-            # The others as they are where there is no rate.
+            # Estimate the other parameters with a rate of zero.
             rate_sigma, fixed = sigma[RATE], equations.without_rate(theta[RATE])
             step, sigma = fixed.solve(), fixed.sigmas()
             if step is None or sigma is None:
@@ -445,7 +454,7 @@ class _Search:
         return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
 
     def doubt(self) -> float:
-        """Return the factor on standard deviations that simulations show to be too small."""
+        """Return the factor that corrects standard deviations too small in simulations."""
         receiver = self.receiver
         moving = receiver.speed[receiver.speed > 0.0]
         slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S
@@ -457,7 +466,7 @@ class _Search:
 
 
 def _shorten(step: Floats) -> Floats:
-    """Return a step within its limits: all but the antenna's height are shortened by one factor."""
+    """Limit a step: one factor for all parameters, except the antenna's height."""
     within = np.clip(step, -_MAX_STEPS, _MAX_STEPS)
     others = slice(0, SIZE - 1)
     ratio = _MAX_STEPS[others] / np.maximum(np.abs(step[others]), 1e-12)
@@ -468,9 +477,9 @@ def _shorten(step: Floats) -> Floats:
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
     """Return the mask of outliers among positions and velocities, shape (m, 2).
 
-    A wrong fix is isolated. If the filter's own error makes an innovation large, the next
-    innovation is large too, with the same sign. If more than one fix in ten would be an outlier,
-    the filter is wrong and no fix is left out.
+    A wrong fix is isolated. An error of the filter also makes the next innovation large, with the
+    same sign. If more than a tenth of the fixes would be outliers, the filter is wrong and no fix
+    is left out.
     """
     parts = run.unmasked.reshape(-1, 2, 3)
     outliers = np.zeros(parts.shape[:2], dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Normal equations of a receiver's clock and antenna, from slopes of a filter's innovations."""
+"""Normal equations for a receiver's clock and antenna, from slopes of a filter's innovations."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ RATE: Final = 2
 ARM: Final = slice(3, 6)
 SIZE: Final = 6
 OFFSETS: Final = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-"""Order of the unknowns: offsets of positions and velocities, their rate, the antenna's place."""
+"""Unknowns: offset of positions, offset of velocities, clock rate, antenna position (3)."""
 _HUBER_LIMIT: Final = 3.0
 _CHI_SQUARED_MEDIAN: Final = 0.455
-"""Of chi-squared with one degree of freedom."""
+"""Median of chi-squared with one degree of freedom."""
 _BLOCK_S: Final = 10.0
 _MIN_BLOCKS: Final = 3
 
@@ -27,7 +27,7 @@ _MIN_BLOCKS: Final = 3
 class Slopes:
     """Forward and backward derivatives of m innovations by k parameters, shape (m, 6, k).
 
-    The noises of forward and backward derivatives are independent, so their product has no bias.
+    The noises of both derivatives are independent, so their product has no bias.
     """
 
     forward: Floats
@@ -36,7 +36,7 @@ class Slopes:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Huber's weights of normalised innovations, shape (m, 6), 0 where an innovation is missing."""
+    """Huber weights of normalised innovations, shape (m, 6); 0 for a missing innovation."""
 
     scalars: Floats
     weights: Floats
@@ -45,7 +45,7 @@ class Weights:
 
     @classmethod
     def of(cls, scalars: Floats, time: Floats) -> Weights:
-        """Return the weights of innovations, for fixes at these times, s."""
+        """Return the weights of innovations, for fixes at the given times, s."""
         size = np.abs(scalars)
         median = float(np.nanmedian(size**2)) if np.isfinite(size).any() else 0.0
         limit = _HUBER_LIMIT * max(1.0, math.sqrt(median / _CHI_SQUARED_MEDIAN))
@@ -54,7 +54,7 @@ class Weights:
         return cls(np.nan_to_num(scalars), weights, limit, np.floor((time - time[0]) / _BLOCK_S))
 
     def cost(self, scalars: Floats) -> float:
-        """Return Huber's cost of innovations."""
+        """Return the Huber cost of innovations."""
         size = np.abs(scalars)
         limit = self.limit
         return float(np.where(size <= limit, size**2, limit * (2.0 * size - limit)).sum())
@@ -62,24 +62,24 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class ClockEquations:
-    """Sums over blocks of ten seconds, in units of each parameter's prior sigma."""
+    """Sums over blocks of ten seconds, in units of each parameter's prior standard deviation."""
 
     weights: Weights
     free: Integers
     unit: Floats
     away: Floats
     normal: Floats
-    """Of mean slopes, shape (k, k)."""
+    """Normal matrix from the mean slopes, shape (k, k)."""
     curvature: Floats
-    """Of slopes forward times backward."""
+    """Normal matrix from forward slopes times backward slopes, shape (k, k)."""
     right: Floats
-    """A block each, shape (b, k)."""
+    """Right side of each block, shape (b, k)."""
 
     @classmethod
     def of(
         cls, weights: Weights, slopes: Slopes, free: Integers, sigma: Floats, away: Floats
     ) -> ClockEquations:
-        """Return the equations of the `free` parameters, with the prior `sigma`."""
+        """Return the equations for the `free` parameters, with their prior `sigma`."""
         unit = sigma[free]
         forward, backward = slopes.forward * unit, slopes.backward * unit
         known = np.isfinite((forward + backward).sum(axis=2))
@@ -95,7 +95,7 @@ class ClockEquations:
         return cls(weights, free, unit, away, normal, 0.5 * (product + product.T), right)
 
     def without_rate(self, rate: float) -> ClockEquations:
-        """Return the equations without the rate of the clock."""
+        """Return the equations without the clock's rate."""
         here = self.free == RATE
         others = np.flatnonzero(~here)
         back = self.normal[:, here][others, 0] * (rate / self.unit[here][0]) if here.any() else 0.0
@@ -107,13 +107,13 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step from the sum of all blocks, shape (6,); None if it is not determined."""
+        """Return the step from the sum of all blocks, shape (6,). None if undetermined."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step from the curvature; the noise of the slopes does not shorten it."""
+        """Return the step from the curvature, which the noise of the slopes does not shorten."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))

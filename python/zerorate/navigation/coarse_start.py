@@ -1,4 +1,4 @@
-"""A start from the available data: at rest if the receiver also stands, otherwise in motion."""
+"""Start of a filter from the data: at rest if there is a rest, otherwise in motion."""
 
 from __future__ import annotations
 
@@ -30,24 +30,25 @@ from zerorate.types import Booleans, Floats
 
 _TICK_S: Final = 0.5
 _STEADY_LIMITS: Final = (math.radians(0.85), 0.26, 0.26)
-"""By how much means of half a second scatter at rest over the three axes, rad/s and m/s^2, and how
-far gravity may turn, m/s^2: an engine may run."""
+"""Limits at rest: scatter of half-second means of rate, rad/s, and force, m/s^2, and the change of
+gravity, m/s^2. A running engine stays below them.
+"""
 _MAX_GYRO_BIAS_RAD_S: Final = math.radians(10.0)
-"""Largest bias of a gyro."""
+"""Largest bias expected of a gyro."""
 _MIN_REST_S: Final = 3.0
 _MAX_REST_SEARCH_S: Final = 300.0
-"""Seconds before the body leaves in which a rest is looked for."""
+"""Shortest rest, s, and how long before the motion a rest is searched, s."""
 _MIN_DRIFT_M_S: Final = 0.3
-"""A drift of positions, m/s, that is seen of a rest only after so long."""
+"""Slowest drift of positions, m/s, that a rest must exclude if there are no velocities."""
 _GYRO_BIAS_SIGMAS_RAD_S: Final = (math.radians(0.1), math.radians(0.5))
-"""Standard deviation of the bias of a gyro after a rest, and without one, rad/s."""
+"""Standard deviations of the gyro bias, rad/s: after a rest, and without a rest."""
 _LEVEL_SIGMA_RAD: Final = math.radians(5.0)
 _LEVEL_S: Final = 5.0
 _FORCE_TOLERANCE: Final = 0.5
-"""Part of gravity that the mean force in motion may be off."""
+"""Largest relative difference between the mean force in motion and gravity."""
 _ACCEL_BIAS_SIGMA_M_S2: Final = 0.05
 _DISPLACEMENT_SPANS_S: Final = (3.0, 10.0, 30.0)
-"""Seconds over which a displacement shows motion: a slow body needs longer."""
+"""Spans over which a displacement shows motion, s; slow motion needs the longer spans."""
 _MAX_TRIES: Final = 20
 
 
@@ -59,44 +60,49 @@ def find_start(
     time_offset: float | TimeOffset = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> Alignment:
-    """Find the start of a filter from a recording's contents: at rest or in motion.
+    """Find the start of a filter from a recording, at rest or in motion.
 
     Parameters
     ----------
     imu : Recording
-        Recording with a gyro and an accelerometer, axes forward, right, down.
+        Recording with a gyro and an accelerometer. Its axes are forward, right, down.
     gnss : Fixes
         Fixes of the receiver.
     heading : float or "course", optional
-        Heading at the start, rad from north over east; or "course": the direction of the vehicle's
-        first motion. By default a bank of filters finds it. The vehicle need not move forward for
-        this, but must speed up, brake or turn.
+        Heading at the start, rad from north over east. "course" takes the direction of the
+        vehicle's first motion. Default: a bank of filters finds the heading. The vehicle may then
+        move in any direction, but must speed up, brake or turn.
     time_offset : float or TimeOffset
-        Offset added to the times of the fixes, s.
+        Offset to add to the times of the fixes, s.
     **options
-        Options of `NavigationFilter` for the bank of filters.
+        Options of `NavigationFilter` for the filters of the bank.
 
     Returns
     -------
     Alignment
-        Start for `NavigationFilter`; its ``notes`` state its origin.
+        Start for `NavigationFilter`. Its ``notes`` say how the start was found.
 
     Raises
     ------
     LogError
-        If there is no start; the message says which of rest, course and force is missing.
+        If no start is found. The message names what is missing: a rest, the course, or a plausible
+        force.
 
     Notes
     -----
-    A rest is the longest stretch of at least 3 s, before the receiver moves, in which half-second
-    means stay within 0.85 deg/s and 0.26 m/s^2 over the three axes. Its mean rate is the bias, with
-    a standard deviation of 0.1 deg/s. Without a rest the bias is assumed zero, with a standard
-    deviation of 0.5 deg/s. Roll and pitch follow from the mean force of the 5 s before, with a
-    standard deviation of 5 deg. Eight filters with headings round the compass and one with the
-    course as heading run in parallel. The heading is taken from the most likely one, once its log
-    likelihood exceeds that of other headings by 15. In these filters each fix has an additional
-    standard deviation for a clock error of 0.2 s. Without a rest, roll, pitch and heading are then
-    corrected by an iterated smoother over the first minute.
+    A rest is the longest span of at least 3 s with steady half-second means, before the receiver
+    moves. Over the three axes these means stay within 0.85 deg/s and 0.26 m/s^2. The mean rate is
+    the gyro bias, with a standard deviation of 0.1 deg/s. Without a rest the bias is assumed zero,
+    with a standard deviation of 0.5 deg/s. Roll and pitch come from the mean force of the 5 s
+    before the start, with a standard deviation of 5 deg.
+
+    The bank has eight filters with headings round the compass, and one filter that uses the course
+    as heading. The most likely filter gives the heading. Its log likelihood must exceed the log
+    likelihood of other headings by 15. In these filters each fix has a larger standard deviation,
+    for a clock error of 0.2 s.
+
+    Without a rest, an iterated smoother over the first minute then corrects roll, pitch and
+    heading.
 
     Examples
     --------
@@ -144,7 +150,7 @@ def find_start(
 
 
 def _select_fixes(imu: Recording, samples: Samples, fixes: Fixes, source: str) -> Fixes:
-    """Return the fixes with a position within the time of the samples."""
+    """Return the fixes that have a position and lie within the time of the samples."""
     present = np.isfinite(fixes.position[:, :2].sum(axis=1))
     time = samples.time
     inside = fixes.chosen(present).between(float(time[0]), float(time[-1]))
@@ -173,9 +179,9 @@ class _ReceiverMotion:
 
     fixes: Fixes
     departure: float
-    """Up to when it stands, s; before the first fix if it never does."""
+    """Time until which the receiver stands, s; before the first fix if it always moves."""
     motion_starts: list[float]
-    """Fixes from which on it moves, a minute apart, s."""
+    """Times of fixes in motion, at least a minute apart, s."""
     max_displacement: float
     """Largest displacement in three seconds, m."""
 
@@ -207,7 +213,7 @@ class _ReceiverMotion:
 
 
 def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
-    """Yield times of fixes in motion, each a minute after the one before."""
+    """Yield times of fixes in motion, each at least a minute after the previous time."""
     after = -math.inf
     for t in time[moving].tolist():
         if t >= after:
@@ -216,12 +222,12 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if the start has no rest from which to find the gyro's bias."""
+    """Return True if there was no rest to find the gyro bias from."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 
 def _find_rest(samples: Samples, motion: _ReceiverMotion) -> tuple[float, float] | None:
-    """Return start and end of the longest rest before the receiver moves, s."""
+    """Return start and end of the longest rest before the receiver moves, s; None without rest."""
     stop = motion.departure
     fixes = motion.fixes
     start = max(float(fixes.time[0]), float(samples.time[0]), stop - _MAX_REST_SEARCH_S)
@@ -249,7 +255,7 @@ def _mean_sample(samples: Samples, first: int, last: int) -> Floats:
 
 
 def _first_fix_time(samples: Samples, fixes: Fixes) -> float:
-    """Return the first fix with a second of samples before it."""
+    """Return the time of the first fix with a second of samples before it."""
     late = fixes.time >= samples.time[0] + 1.0
     return float(fixes.time[late][0] if late.any() else fixes.time[0])
 
@@ -259,7 +265,7 @@ def _align_in_motion(
 ) -> Alignment:
     """Return the alignment at a fix, without the heading."""
     a, b = np.searchsorted(samples.time, [begin - _LEVEL_S, begin])
-    # In the first seconds of a recording those that follow have to do.
+    # In the first second of a recording, use the samples after the fix.
     b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))
     mean = _mean_sample(samples, int(a), int(b))
     force = float(np.linalg.norm(mean[3:]))

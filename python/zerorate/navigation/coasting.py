@@ -22,45 +22,45 @@ from zerorate.record.samples import Samples
 from zerorate.types import Floats, Integers
 
 Noise: TypeAlias = NoiseModel | Sequence[NoiseModel]
-"""Noise of the axes of a sensor: one model for all, or one each."""
+"""Noise of a sensor: one model for all axes, or one model per axis."""
 
 COAST_S: Final = (2.0, 5.0, 10.0)
-"""Seconds after which a coasting filter is compared with the fixes, in each window."""
+"""Coasting times at which the filter is compared with fixes, s."""
 _USUAL: Final[dict[str, tuple[float, float, Quantity]]] = {
     "gyro": (0.05 * (math.pi / 180.0), 1e-5, "angular rate"),
     "accel": (0.02, 5e-4, "acceleration"),
 }
-"""White noise, walk of the bias and quantity of the consumer sensors that a filter assumes."""
+"""Default noise of consumer sensors: white noise, bias random walk, and the quantity."""
 _MAX_WAIT_S: Final = 1.5
-"""Seconds that a window waits for a fix which is due."""
+"""Longest wait of a window for a late fix, s."""
 _MIN_BLOCKS: Final = 36
-"""Fewest positions or velocities to compare for an estimate of noise."""
+"""Smallest number of positions or velocities for an estimate."""
 _MIN_BLOCK_SHARE: Final = 0.9
-"""Share of the blocks that a noise must leave comparable."""
+"""Share of the comparisons that must remain possible with another noise."""
 _MAX_HEADING_SIGMA_RAD: Final = 0.15
 _STUDENT: Final = 8.0
-"""Degrees of freedom of the errors' distribution."""
+"""Degrees of freedom of the Student distribution of the errors."""
 _MIN_GAINS: Final = (2.0, 5.0)
-"""Gain of log likelihood from which on noise is raised: of assumed sensors, and of stated ones."""
+"""Smallest gain of log likelihood to raise the noise: assumed sensors, and stated sensors."""
 _MIN_GAIN_DOWN: Final = 5.0
 _MAX_LEVEL: Final = 2.0
-"""Factor on the noise's square by which it is raised beyond the likelihood's, at most."""
+"""Largest further factor on the squared noise after the likelihood is maximised."""
 _MAX_REJECTED_SHARE: Final = 0.1
 _STEP_S: Final = 0.2
 """Time between two steps of the covariance, s."""
 _RATES_HZ: Final = (25.0, 50.0)
 _FAST_RATE_RAD_S: Final = 0.5
-"""Samples per second that a filter is given here, fewer below this RMS of a rate's axis."""
+"""Sampling rates for the search, Hz; the lower rate if each axis turns slower than this RMS."""
 _PRIOR_LOG: Final = 2.0 * math.log(10.0)
-"""One standard deviation of the logarithm of a factor on a noise's square."""
+"""Prior standard deviation of the logarithm of a factor on the squared noise."""
 _STEPS_LOG: Final = (2.0 * math.log(2.0), math.log(2.0), 0.5 * math.log(2.0))
 _MOST, _LEAST = 2.0 * math.log(30.0), 2.0 * math.log(0.03)
 _UP: Final = np.array([[0.0, _MOST], [0.0, _MOST], [0.0, 0.0], [0.0, 0.0]])
 _DOWN: Final = np.array([[_LEAST, _MOST], [_LEAST, _MOST], [_LEAST, 0.0], [0.0, 0.0]])
-"""Ranges of the logarithms: of gyro, accelerometer, walks of their biases, and vibration."""
+"""Ranges of the logarithms: gyro, accelerometer, bias random walks, and vibration."""
 _USUAL_VIBRATION: Final = 0.1
 _VIBRATION: Final = (0.0, math.log(1.0 + 1.0 / _USUAL_VIBRATION**2))
-"""Vibration whose logarithm is log(2), and the range of the logarithm: none is 0."""
+"""Vibration at which the logarithm is log(2), and the logarithm's range; 0 is no vibration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,21 +70,22 @@ class FoundNoise:
     Parameters
     ----------
     gyro, accel : NoiseModel, sequence of three NoiseModel, or None
-        Models for `zerorate.NavigationFilter`; None if the noise is kept and no model was given.
+        Models for `zerorate.NavigationFilter`. None if the noise is kept and no model was given.
     factors : tuple of float
-        Factors on the gyro's white noise, on the accelerometer's white noise, and on the random
-        walks of the biases; 1 if the noise is kept.
+        Factors on the gyro's white noise, on the accelerometer's white noise, and on the bias
+        random walks. All are 1 if the noise is kept.
     gain : float
-        Increase in the coasting errors' log likelihood with these factors.
+        Increase of the log likelihood of the coasting errors by these factors.
     block_count : int
         Number of positions and velocities compared.
     before, after : ndarray, shape (3,)
-        RMS of the horizontal position error over its standard deviation after coasting for 2, 5 and
-        10 s, with the stated noise and with the found noise; 1 is right, NaN is unknown.
+        Horizontal position error divided by its standard deviation, RMS, after coasting for 2, 5
+        and 10 s. `before` uses the stated noise, and `after` the noise found here. 1 is consistent,
+        NaN is unknown.
     reason : str
-        Reason why the noise is kept; empty if it is not.
+        Reason why the noise is kept. Empty if the noise changed.
     vibration : float
-        Noise of the gyro over its change from sample to sample, the filter's ``gyro_vibration``.
+        Gyro noise per change of the rate from sample to sample: the filter's ``gyro_vibration``.
 
     Examples
     --------
@@ -107,23 +108,23 @@ class FoundNoise:
 
     @property
     def kept(self) -> bool:
-        """True if the noise stays as it was."""
+        """True if the noise is unchanged."""
         return bool(self.reason)
 
     @property
     def models(self) -> dict[str, Any]:
-        """Noise models and vibration by the names of `NavigationFilter`'s arguments."""
+        """Noise models and vibration, by the argument names of `NavigationFilter`."""
         models = {**self.white_models, "gyro_vibration": self.vibration or None}
         return {name: model for name, model in models.items() if model is not None}
 
     @property
     def white_models(self) -> dict[str, Any]:
-        """Noise models without the vibration, which does not apply at another sampling rate."""
+        """Noise models without the vibration, which is valid at one sampling rate only."""
         models = {"gyro": self.gyro, "accel": self.accel}
         return {name: model for name, model in models.items() if model is not None}
 
     def __str__(self) -> str:
-        """Return the noise found and its gain, or the reason why the noise is kept."""
+        """Return the noise and its gain, or the reason why the noise is kept."""
         if self.kept:
             return f"the filter's noise is unchanged: {self.reason}"
         gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)
@@ -152,30 +153,31 @@ def find_noise(
     lower: bool | None = None,
     **options: Any,  # noqa: ANN401
 ) -> FoundNoise:
-    """Find the process noise with which a filter's coasting errors agree with its sigma.
+    """Find the process noise at which a filter's coasting errors match its standard deviation.
 
     Parameters
     ----------
     imu : Recording
-        As ``NavigationFilter.process`` takes it, in the axes of the body.
+        Recording for ``NavigationFilter.process``, in the axes of the body.
     gnss : Fixes
         Fixes of the receiver.
     start : Alignment
         As in `NavigationFilter`.
     time_offset : float or TimeOffset
-        Offset added to the times of the fixes, s. Find it first: a wrong clock looks like noise.
+        Offset to add to the times of the fixes, s. Find the offset first: a wrong clock looks like
+        noise.
     gyro, accel : NoiseModel or sequence of three, optional
         Noise of the sensors, if known. Default: the noise of consumer sensors.
     lower : bool, optional
-        Also allow lowering the noise, if the likelihood clearly increases. Default: only if no
-        model is given; a given model is only raised.
+        True also allows a lower noise, if this clearly raises the likelihood. Default: True if no
+        model is given. A given model can only be raised.
     **options
         Further options of `NavigationFilter`.
 
     Returns
     -------
     FoundNoise
-        Models for `NavigationFilter`; the given models if no other noise is better.
+        Models for `NavigationFilter`. They are the given models if no other noise is better.
 
     Raises
     ------
@@ -184,13 +186,15 @@ def find_noise(
 
     Notes
     -----
-    Every ten seconds a copy of the filter coasts without fixes, and is compared with the fixes
-    after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal errors
-    (Student's with eight degrees of freedom), each with a pass of the whole filter. If errors after
-    5 and 10 s still exceed their standard deviation, the white noise is raised by this ratio.
+    Every ten seconds a copy of the filter coasts without fixes. It is compared with the fixes after
+    2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal errors, with
+    Student's distribution of eight degrees of freedom. Each trial runs the whole filter once. If
+    errors after 5 and 10 s still exceed their standard deviation, the white noise is raised by this
+    ratio.
 
-    Vibration faster than the sampling adds noise to the gyro. It is modelled as a share of each
-    axis' change from sample to sample, if this share increases the likelihood of the errors.
+    Vibration faster than the sampling adds noise to the gyro. Its model is a share of the change
+    from sample to sample, on each axis. It is used only if this share increases the likelihood of
+    the errors.
 
     Examples
     --------
@@ -219,8 +223,8 @@ def find_noise(
 class _Probe:
     """A fix with which a coasting filter is compared.
 
-    `kind` is 0 for a position and 1 for a velocity, `length` the index of the coasting time, and
-    `sample` the first sample at or after the fix.
+    `kind` is 0 for a position and 1 for a velocity. `length` is the index of the coasting time.
+    `sample` is the first sample at or after the fix.
     """
 
     kind: int
@@ -231,7 +235,7 @@ class _Probe:
 
 @dataclass(frozen=True)
 class _Window:
-    """Sample at which a filter begins to coast, and the fixes to compare it with, in time order."""
+    """Sample at which a filter begins to coast, and the fixes to compare it with, by time."""
 
     sample: int
     probes: tuple[_Probe, ...]
@@ -239,7 +243,7 @@ class _Window:
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """Coasting errors of B blocks: kind, length, squares over variance, and log determinant."""
+    """Coasting errors of B blocks: kind, length, squared error over variance, log determinant."""
 
     blocks: Floats
     rejected_share: float
@@ -249,13 +253,13 @@ class _Errors:
         return len(self.blocks)
 
     def log_likelihood(self) -> float:
-        """Return the mean log likelihood of a block, Student's scaled to its covariance."""
+        """Return the mean log likelihood of a block (Student, scaled to the block's covariance)."""
         nis, log_det = self.blocks[:, 2], self.blocks[:, 3]
         student = (_STUDENT + 2.0) * np.log1p(nis / (_STUDENT - 2.0))
         return float(-0.5 * (log_det + student).mean())
 
     def ratios(self) -> Floats:
-        """Return the RMS ratio of position error to standard deviation after each coasting time."""
+        """Return the RMS ratio of position error to standard deviation, for each coasting time."""
         kind, length, nis = self.blocks[:, 0], self.blocks[:, 1], self.blocks[:, 2]
         own = [nis[(kind == 0) & (length == k)] for k in range(len(COAST_S))]
         return np.array([math.sqrt(0.5 * x.mean()) if len(x) else math.nan for x in own])
@@ -263,7 +267,7 @@ class _Errors:
 
 @dataclass(eq=False)
 class _Coasting:
-    """Runs of a filter with a given noise, and of copies that coast."""
+    """Runs of a filter with a trial noise, and of copies that coast."""
 
     samples: Increments
     fixes: Fixes
@@ -281,11 +285,11 @@ class _Coasting:
 
     @cached_property
     def windows(self) -> list[_Window]:
-        """Coasting windows, the same for every noise."""
+        """Coasting windows; they are the same for every trial noise."""
         return list(self._plan(Events.of(self.fixes)))
 
     def noise(self, theta: Floats) -> dict[str, Noise]:
-        """Return the models scaled by these log factors on their squares."""
+        """Return the models, scaled by these log factors on their squares."""
         white = dict(zip(_USUAL, np.exp(0.5 * theta[:2]).tolist(), strict=True))
         walk = math.exp(0.5 * theta[2])
         return {
@@ -299,19 +303,19 @@ class _Coasting:
         return NavigationFilter(self.start, **options)
 
     def run(self, theta: Floats) -> _Errors:
-        """Return the coasting errors with a given noise."""
+        """Return the coasting errors with a trial noise."""
         key = tuple(np.round(theta, 9).tolist())
         if key not in self._memo:
             self._memo[key] = self._run(theta)
         return self._memo[key]
 
     def score(self, theta: Floats) -> float:
-        """Return the log likelihood of a noise, with its prior; -inf with too few fixes."""
+        """Return the log likelihood of a noise, with its prior; -inf if there are too few fixes."""
         count = self.run(np.zeros(4)).count
         errors = self.run(theta)
         if errors.count < max(1.0, _MIN_BLOCK_SHARE * count):
             return -math.inf
-        # Half: the lengths of one window share their errors.
+        # Half the sum: errors after different times in one window are correlated.
         prior = 0.5 * float((theta**2).sum()) / _PRIOR_LOG**2
         return 0.5 * count * errors.log_likelihood() - prior
 
@@ -327,7 +331,7 @@ class _Coasting:
         return _Errors(np.array(blocks).reshape(-1, 4), rejected)
 
     def _coast(self, nav: NavigationFilter, window: _Window) -> Iterator[tuple[float, ...]]:
-        """Yield blocks of a window from a filter that coasts through it."""
+        """Yield the comparison blocks of one window, from a filter that coasts through it."""
         at, samples = window.sample, self.samples
         for probe in window.probes:
             self._advance(nav, at, probe.sample, fixes=False)
@@ -343,7 +347,7 @@ class _Coasting:
                 yield probe.kind, probe.length, nis, 2.0 * float(np.log(sigma).sum())
 
     def _advance(self, nav: NavigationFilter, first: int, stop: int, *, fixes: bool) -> None:
-        """Process the samples from `first` to before `stop`, with or without their fixes."""
+        """Process the samples from `first` until before `stop`, with or without their fixes."""
         if stop <= first:
             return
         samples, rows = self.samples, self.events[:0]
@@ -354,7 +358,7 @@ class _Coasting:
         nav.process_arrays(samples.time[own], samples.gyro[own], samples.accel[own], rows)
 
     def _plan(self, events: Events) -> Iterator[_Window]:
-        """Yield the coasting windows, without fixes that the gate rejects."""
+        """Yield the coasting windows, without the fixes that the gate rejects."""
         samples = self.samples
         output, _ = self.filter(np.zeros(4)).process_arrays(
             samples.time, samples.gyro, samples.accel, self.events
@@ -399,7 +403,7 @@ def _gate(options: dict[str, Any]) -> float:
 
 
 def _single(rows: Floats, time: Floats, good: Floats, kind: int) -> Floats:
-    """Return the rows of good fixes with positions only or velocities only, in time order."""
+    """Return the rows of good fixes in time order, with positions only or velocities only."""
     own = rows.copy()
     own[:, 0] = time
     own[:, 4:7] = np.nan if kind == 0 else own[:, 4:7]
@@ -426,7 +430,7 @@ def _scale_axis(sensor: str, model: NoiseModel | None, white: float, walk: float
 
 
 def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> FoundNoise:
-    """Return the factors with the best fit: white noise and walks first, then the vibration."""
+    """Return the best factors: first white noise and random walks, then the vibration."""
     theta = np.zeros(4)
     first = coasting.run(theta)
     kept = FoundNoise(
@@ -465,9 +469,9 @@ def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> F
 
 
 def _find_vibration(every: _Coasting, theta: Floats, is_assumed: bool) -> Floats:
-    """Return the log factors with a vibration that replaces some or all added gyro noise.
+    """Return the log factors with vibration in place of some or all added gyro noise.
 
-    The gyro's noise is not lowered below its start value: ten seconds of coasting show the noise of
+    The gyro noise is not lowered below its start value. Ten seconds of coasting show the noise of
     the vibrating axes, but hardly the noise about down.
     """
     up, down = _UP.copy(), _DOWN.copy()
@@ -489,9 +493,9 @@ def _vibration(theta: Floats) -> float:
 
 
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
-    """Return the log factors with white noise raised to the RMS of the longer coasts' errors.
+    """Return the log factors after raising the white noise to the RMS of the longer coasts.
 
-    A heavy-tailed likelihood gives large errors little weight, but the standard deviation must
+    The heavy-tailed likelihood gives large errors little weight, but the standard deviation must
     include them.
     """
     level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
@@ -505,7 +509,7 @@ def _level(coasting: _Coasting, theta: Floats) -> Floats:
 def _climb(
     coasting: _Coasting, theta: Floats, ranges: Floats, steps: Sequence[float] = _STEPS_LOG
 ) -> Floats:
-    """Return the log factors that maximise the likelihood, by steps along one axis at a time."""
+    """Return the log factors with the highest likelihood, by steps along one factor at a time."""
     best = coasting.score(theta)
     for step in steps:
         moved = True

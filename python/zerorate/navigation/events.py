@@ -1,4 +1,4 @@
-"""Fixes as input of a filter: positions and velocities together, or each at its own time."""
+"""Fixes as filter input: position and velocity together, or each at its own time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zerorate.types import Floats, Integers
 
 DEFAULT_POSITION_SIGMA_M: Final = 2.0
 DEFAULT_VELOCITY_SIGMA_M_S: Final = 0.1
-"""Assumed standard deviations of a receiver that reports none, m and m/s."""
+"""Standard deviations of positions, m, and velocities, m/s, if the receiver reports none."""
 
 _POSITION: Final = slice(1, 4)
 _VELOCITY: Final = slice(4, 7)
@@ -21,7 +21,7 @@ _VELOCITY: Final = slice(4, 7)
 def pack_fixes(fixes: Fixes | None) -> Floats:
     """Return fixes as rows for ``NavigationFilter.process_arrays``, shape (m, 13).
 
-    If a receiver reports no standard deviations, they are set to 2 m and 0.1 m/s.
+    If the receiver reports no standard deviations, they are 2 m and 0.1 m/s.
     """
     if fixes is None:
         return np.empty((0, 13))
@@ -44,15 +44,15 @@ def _fill_sigma(sigma: Floats | None, default: float) -> Floats | float:
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Events of m fixes for a filter, in the order of their times.
+    """Events of m fixes for a filter, in time order.
 
     Parameters
     ----------
     rows : ndarray, shape (k, 13)
         Rows for ``NavigationFilter.process_arrays``.
     position, velocity : ndarray of int, shape (m,)
-        Index of the row with the position of a fix, and of the row with its velocity: the same row,
-        unless velocities have separate times.
+        Index of the row with each fix's position, and index of the row with its velocity. Both are
+        the same row, except if velocities have their own times.
     """
 
     rows: Floats
@@ -70,7 +70,7 @@ class Events:
 
     @classmethod
     def apart(cls, rows: Floats, position: Floats, velocity: Floats) -> Events:
-        """Return fixes as separate rows: positions at their times, velocities at theirs."""
+        """Return separate rows for positions and velocities, each at its own time."""
         m = len(rows)
         both = np.concatenate([rows, rows])
         both[:m, _VELOCITY], both[m:, _POSITION] = np.nan, np.nan
@@ -92,7 +92,7 @@ class Events:
         return rows
 
     def merge(self, outputs: dict[str, Any]) -> dict[str, Any]:
-        """Return the filter's outputs per fix from its outputs per event (of the position)."""
+        """Return the filter's output for each fix, from the event with its position."""
         if self.is_joint:
             return outputs
         own = {name: outputs[name][self.position] for name in ("verdict", "taken")}

@@ -1,4 +1,4 @@
-"""Headings from a magnetometer: calibrated by the gyro, levelled by the filter's own attitude."""
+"""Headings from a magnetometer, calibrated with the gyro and levelled by the filter."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _RATE_HZ: Final = 5.0
-"""Headings per second."""
+"""Rate of headings, Hz."""
 _NOISE_RAD: Final = math.radians(1.0)
 _CORRELATION_S: Final = 10.0
-"""Standard deviation of a heading in the earth's field, and time over which errors persist."""
+"""Standard deviation of a heading in an undisturbed field, rad, and correlation time, s."""
 _MAX_SIGMA_RAD: Final = math.radians(25.0)
-"""Standard deviation of a heading error above which a heading is left out."""
+"""Largest standard deviation of a heading that is used, rad."""
 _MAX_DEVIATION: Final = 0.25
-"""Share of the field by which its size or its vertical part may differ from the median."""
+"""Largest deviation of the field's size or vertical part from its median, relative."""
 _SECONDS_PER_YEAR: Final = 365.2425 * 86400.0
 
 
 class FieldHeading(NamedTuple):
-    """Headings of a magnetometer, or the reason why there are none.
+    """Headings of a magnetometer, or the reason why there is none.
 
     Attributes
     ----------
     channel : Channel or None
-        Headings from true north over east, rad, with standard deviations.
+        Headings from true north over east, rad, with standard deviations. None without headings.
     notes : tuple of str
-        Sentences on calibration and declination.
+        Sentences on the calibration and the declination.
     """
 
     channel: Channel | None
@@ -51,23 +51,27 @@ class FieldHeading(NamedTuple):
 
 
 def find_field_heading(recording: Recording, fixes: Fixes, track: Track) -> FieldHeading:
-    """Return the headings that a magnetometer shows, with standard deviations.
+    """Return the headings from a magnetometer, with standard deviations.
 
     Parameters
     ----------
     recording : Recording
-        Recording in the axes of the body, with gyro, accelerometer and magnetometer.
+        Recording with gyro, accelerometer and magnetometer, in the axes of the body.
     fixes : Fixes
-        Fixes of the receiver; their position gives the declination.
+        Fixes of the receiver. Their position gives the declination.
     track : Track
-        Track without this magnetometer; its roll and pitch level the field.
+        Track without this magnetometer. Its roll and pitch level the field.
 
     Notes
     -----
-    Hard and soft iron are those of `zerorate.calibrate_magnetometer`. Headings in a disturbed field
-    are left out. Elsewhere the standard deviation combines that of the calibration, the residual of
-    the field in this second, and the difference of its size and vertical part from their medians;
-    it is raised because such errors persist for ten seconds.
+    `zerorate.calibrate_magnetometer` estimates the hard and soft iron. Headings in a disturbed
+    field are left out. The other headings have a standard deviation with three parts:
+
+    - standard deviation of the calibration
+    - residual of the field during the second
+    - deviation of the field's size and vertical part from their medians
+
+    The standard deviation is raised, because such errors persist for ten seconds.
     """
     try:
         calibration = calibrate_magnetometer(recording)
@@ -95,7 +99,7 @@ def find_field_heading(recording: Recording, fixes: Fixes, track: Track) -> Fiel
 def _level(
     calibration: MagnetometerCalibration, recording: Recording, track: Track, declination: float
 ) -> tuple[Channel | None, float]:
-    """Return the headings of the levelled field, and its dip."""
+    """Return the headings from the levelled field, and the field's dip."""
     samples = Samples.of(recording, what="navigation")
     log = recording.mag
     assert log is not None
@@ -121,7 +125,7 @@ def _level(
 
 
 def _turn_level(values: Floats, track: Track, at: np.ndarray, samples: Samples) -> Floats:
-    """Return the fields in level axes, x forward."""
+    """Return the field vectors in level axes, x forward."""
     angles = euler_angles(track.quaternion[at])
     unknown = ~track.navigating[at]
     if unknown.any():
@@ -134,7 +138,7 @@ def _turn_level(values: Floats, track: Track, at: np.ndarray, samples: Samples) 
 
 
 def _smooth(values: Floats, width: int) -> Floats:
-    """Return centred moving means; NaN is replaced by the median."""
+    """Return centred moving means. NaN counts as the median."""
     filled = np.where(np.isfinite(values), values, np.nanmedian(values, axis=0))
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(filled, axis=0)])
     n = len(values)
@@ -147,7 +151,7 @@ def _smooth(values: Floats, width: int) -> Floats:
 def _find_sigma(
     calibration: MagnetometerCalibration, level: Floats, heading: Floats, time: Floats
 ) -> tuple[Floats, np.ndarray]:
-    """Return the persistent error of each heading, rad, and the mask of kept headings."""
+    """Return the persistent error of each heading, rad, and the mask of headings to keep."""
     horizontal = np.hypot(*level[:, :2].T)
     size = np.linalg.norm(level, axis=1)
     typical, down = float(np.median(size)), float(np.median(level[:, 2]))
@@ -176,7 +180,7 @@ def _find_sigma(
 
 
 def _find_field(fixes: Fixes) -> EarthField | None:
-    """Return the earth's field at the first fix; None without a model of it."""
+    """Return the earth's field at the first fix. None without a model of the field."""
     known = np.flatnonzero(np.isfinite(fixes.position[:, :2]).all(axis=1))
     if not known.size:
         return None

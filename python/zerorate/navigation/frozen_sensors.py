@@ -14,15 +14,15 @@ from zerorate.types import Floats
 _MIN_FROZEN_S: Final = 1.0
 _MIN_FROZEN_SAMPLES: Final = 10
 _MIN_TOTAL: Final = (3.0, 0.01)
-"""Seconds, and part of the recording, from which on it counts."""
+"""Shortest total time for a finding: s, and share of the recording."""
 
 
 def frozen_spans(
     samples: Samples, sensor: Literal["gyro", "accel"] | str, epochs: Epochs
 ) -> list[tuple[float, float]]:
-    """Return the spans in which a sensor repeats or lacks samples in motion, s.
+    """Return the spans, s, in which a sensor repeats or lacks samples while the vehicle moves.
 
-    Empty unless the spans add up to three seconds and to 1 % of the time.
+    The list is empty if the spans add up to less than three seconds, or less than 1 % of the time.
     """
     values: Floats = getattr(samples, sensor)
     time = samples.time

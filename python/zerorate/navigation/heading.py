@@ -1,4 +1,4 @@
-"""The heading of a body in motion, from the likelihoods of a bank of filters."""
+"""Heading of a body in motion, from the likelihoods of a bank of filters."""
 
 from __future__ import annotations
 
@@ -21,40 +21,42 @@ from zerorate.types import Floats, Integers
 
 _MEMBER_COUNT: Final = 8
 _MEMBER_SIGMA_RAD: Final = math.radians(27.0)
-"""Standard deviation of the heading of a member, of which eight are 45 deg apart."""
+"""Number of filters, and the standard deviation of each filter's heading, rad."""
 _MIN_DECISION_S: Final = 2.0
 MAX_DECISION_S: Final = 60.0
-"""Seconds after which a bank has decided, at least and at most."""
+"""Shortest and longest time in which a bank decides, s."""
 _MIN_LIKELIHOOD_LEAD: Final = 15.0
-"""Logarithm of the likelihood by which the best leads all that look elsewhere."""
+"""Smallest difference of log likelihood between the best filter and other headings."""
 _DISTINCT_HEADING_RAD: Final = math.radians(15.0)
 _MAX_NIS: Final = 25.0
-"""Normalised innovation squared of a scalar that counts at most."""
+"""Limit of the normalised innovation squared of a scalar, against outliers."""
 _OPEN_GATE: Final = 1e12
 _CLOCK_ERROR_S: Final = 0.2
-"""Seconds by which the clock of a receiver may be off."""
+"""Possible clock error of a receiver, s."""
 _CHORD_S: Final = 1.0
 _CHORD_WINDOW_S: Final = 10.0
 _MIN_COURSE_M: Final = 0.5
-"""Metres that a course needs, and how much of them may be noise, rad."""
+"""Displacements for the course: time, s, window, s, and smallest displacement, m."""
 _MAX_COURSE_NOISE: Final = math.tan(math.radians(10.0))
 _COURSE_SIGMA_RAD: Final = math.radians(5.0)
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading with the time of its decision.
+    """A heading and the time of its decision.
 
     Parameters
     ----------
     start_heading : float
-        Heading of the body at the first fix, rad: the start of the most likely filter.
+        Heading of the body at the first fix, rad, from the most likely filter.
     start_sigma : float
         Standard deviation of `start_heading`, rad.
     time : float
         Time of the decision, s.
-    heading, sigma : float
-        Heading of the body at that time and its standard deviation, rad.
+    heading : float
+        Heading of the body at `time`, rad.
+    sigma : float
+        Standard deviation of `heading`, rad.
     """
 
     start_heading: float
@@ -67,18 +69,18 @@ class Heading:
 def find_heading(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Heading | None:
-    """Return the heading of a body after its start; None if 60 s do not determine it.
+    """Return the heading of a body after its start. None if 60 s do not determine it.
 
-    Filters that differ only in their heading process the same fixes; the filter with the highest
-    likelihood has the right heading. Eight filters have headings round the compass, and one has the
-    course as heading, for bodies that move forward.
+    A bank of filters processes the same fixes. The filters differ only in their heading, and the
+    most likely filter has the right heading. Eight filters have headings round the compass. Another
+    filter uses the course as heading, for bodies that move forward.
 
     Parameters
     ----------
     samples : Samples
         Samples of the sensors, in the axes of the body.
     fixes : Fixes
-        Fixes on the sensors' clock.
+        Fixes on the clock of the sensors.
     start : Alignment
         Alignment at the time of a fix, with any heading.
     options : mapping
@@ -114,10 +116,10 @@ def find_heading(
 
 
 def _inflate_for_clock(fixes: Fixes) -> Fixes:
-    """Return fixes with standard deviations that include a clock error.
+    """Return the fixes with larger standard deviations, to include a clock error.
 
-    A position with a clock error of 0.1 s is wrong by the motion in 0.1 s. With the small standard
-    deviations of a precise receiver, this error would decide the bank.
+    With a clock error of 0.1 s, a position is wrong by the motion during 0.1 s. A precise receiver
+    states a much smaller error, so the clock error would decide the bank.
     """
     epochs = Epochs.of(fixes)
     if len(epochs.time) < 3:
@@ -148,7 +150,7 @@ def _fill_sigma(sigma: Floats | None, default: float, fixes: Fixes) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _MemberRun:
-    """Log-likelihood, heading and its standard deviation of a member, up to each fix."""
+    """Log likelihood of one filter at each fix, its heading, and the heading's sigma."""
 
     likelihood: Floats
     heading: Floats
@@ -186,24 +188,24 @@ def _run_member(
 
 
 def turn_to_heading(quaternion: Floats, yaw: float) -> Floats:
-    """Return an orientation of heading zero, rotated to this heading."""
+    """Rotate an orientation of heading zero to a heading."""
     return product(about_z(yaw), quaternion)
 
 
 def heading_of(q: Floats) -> Floats:
-    """Return the headings of orientations, rad."""
+    """Return the heading of each orientation, rad."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     heading: Floats = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return heading
 
 
 def format_heading(heading: float, digits: int) -> str:
-    """Return the text of a heading, rad, in deg from 0 to below 360."""
+    """Return a heading, rad, as text in deg, from 0 to below 360."""
     return f"{round(math.degrees(heading), digits) % 360.0:.{digits}f}"
 
 
 def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
-    """Return the rotation of the body since the start, by its gyro, rad."""
+    """Return the body's rotation since the start, rad, from its gyro."""
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, np.newaxis]
@@ -218,7 +220,7 @@ def _fit_course(
     """Return the heading at the first fix, its standard deviation and the time of the decision.
 
     The body must move along its course. Displacements over a second are rotated back by the gyro's
-    angle and summed. If the body does not move forward, or its axes are wrong, their directions
+    angle and summed. If the body does not move forward or its axes are wrong, their directions
     differ.
     """
     present = np.isfinite(fixes.position[:, :2].sum(axis=1))
@@ -248,7 +250,7 @@ def _fit_course(
 
 
 def _select_chords(k: int, step: int, ends: Floats) -> Integers:
-    """Return the displacements that do not overlap, from the k-th back to ten seconds before it."""
+    """Return displacements without overlap, from the k-th back to ten seconds before it."""
     indices = np.arange(k, -1, -step)
     recent: Integers = indices[ends[k] - ends[indices] <= _CHORD_WINDOW_S]
     return recent

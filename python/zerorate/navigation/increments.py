@@ -12,12 +12,12 @@ from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _RATE_HZ: Final = 50.0
-"""Hz, of what a filter is given that runs many times."""
+"""Sampling rate for filters that run many times, Hz."""
 
 
 @dataclass(frozen=True, eq=False)
 class Increments:
-    """Times of steps, with the increments of angle and velocity since the step before."""
+    """Times of steps, with the increments of angle and velocity since the previous step."""
 
     time: Floats
     gyro: Floats
@@ -25,7 +25,7 @@ class Increments:
 
     @classmethod
     def of(cls, samples: Samples, rate: float = _RATE_HZ) -> Increments:
-        """Return steps of 0.02 s, or of one sample if that is longer, for repeated runs."""
+        """Return steps of 0.02 s, or single samples if they are longer."""
         every = max(1, round(samples.log.rate / rate))
         means = Means.of(samples)
         gained = np.diff(means.integral[::every], axis=0)
@@ -37,7 +37,7 @@ class Increments:
     def for_filter(
         cls, samples: Samples, options: dict[str, Any], rate: float = _RATE_HZ
     ) -> tuple[Increments, dict[str, Any]]:
-        """Return increments of samples, and the options of a filter that processes them."""
+        """Return increments of the samples, and filter options for increments."""
         if options.get("kind", "rate") == "rate":
             return cls.of(samples, rate), {**options, "kind": "increment"}
         return cls(samples.time, samples.gyro, samples.accel), options

@@ -1,4 +1,4 @@
-"""The coarse clock offset of a receiver, from the rate of the course."""
+"""Coarse clock offset of a receiver, from the rate of the course."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from zerorate.types import Floats
 _GRID_STEP_S: Final = 0.25
 _FINE_STEP_S: Final = 0.01
 NEAR_LAG_S: Final = 10.0
-"""Seconds by which clocks are off that are meant to be one."""
+"""Largest offset of two clocks that are meant to be the same, s."""
 _MIN_OVERLAP_S: Final = 30.0
 _MIN_WINDOWS: Final = 20
 _RATE_FLOOR_RAD_S: Final = 0.05
-"""Rate, rad/s, by which a course leads a heading, as the antenna does."""
+"""Rate, rad/s, by which the antenna's course can differ from the rate of the heading."""
 _MIN_CORRELATIONS: Final = (0.5, 0.8)
-"""Correlation that suffices for clocks that are nearly one, and for any."""
+"""Correlation needed for offsets within `NEAR_LAG_S`, and for larger offsets."""
 _MIN_PEAK_RATIO: Final = 1.5
 _PEAK_WIDTH_S: Final = 5.0
 _MIN_PART_SHARE: Final = 0.1
@@ -27,26 +27,26 @@ _MIN_PART_TURNS_RAD: Final = (3.0, 0.75)
 _MAX_COST_SHARE: Final = 0.5
 _MIN_GAIN: Final = 20.0
 MIN_JUMP_S: Final = 1.0
-"""Two lags: what each part has of the squared course rates and turns; the residuals' share of the
-squares; what one lag leaves more than two, over the variance that two leave; their difference, s.
+"""Limits for two lags in a record: smallest share of the squared course rates and smallest rotation
+of each part; largest share of the residuals; smallest gain over one lag; smallest jump, s.
 """
 _DEG_PER_RAD: Final = 180.0 / np.pi
 
 
 @dataclass(frozen=True)
 class Lag:
-    """Offset to add to the times of fixes.
+    """Clock offset between receiver and sensors, with its quality.
 
     Parameters
     ----------
     seconds : float
         Offset to add to the times of the fixes, s.
     correlation : float
-        Correlation of the course's rate with the gyro's rate about down, at this offset.
+        Correlation at this offset between the course's rate and the gyro's rate about down.
     slope : float
-        Slope of one rate on the other: 1 if units and axes are right.
+        Slope between both rates. It is 1 if units and axes are right.
     certain : bool
-        True if no other lag fits nearly as well.
+        True if no other offset fits nearly as well.
     """
 
     seconds: float
@@ -56,7 +56,7 @@ class Lag:
 
 
 def is_rate(slope: float, factor: float = 1.4) -> bool:
-    """Return True if a slope fits a rate in some unit, within a factor."""
+    """Return True if a slope is the ratio of two units of rate, within a factor."""
     units = (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD)
     return any(0.98 / factor < abs(slope) * unit < factor for unit in units)
 
@@ -64,10 +64,10 @@ def is_rate(slope: float, factor: float = 1.4) -> bool:
 def find_lag(
     rotation: RotationAngle, windows: Windows, peak_width: float = _PEAK_WIDTH_S
 ) -> Lag | None:
-    """Return the lag that fits best, within ten seconds or, if none does, in any overlap.
+    """Return the lag that fits best, within ten seconds or, if none fits, in any overlap.
 
-    None if no overlap has half a minute and twenty windows. Lags further apart than `peak_width`,
-    s, count as different.
+    Returns None if no overlap has 30 s and 20 windows. Lags further apart than `peak_width`, s,
+    count as different.
     """
     grid = _ScoreGrid.of(rotation, windows, peak_width)
     if grid is None:
@@ -78,7 +78,7 @@ def find_lag(
             continue
         at, ratio = candidate
         seconds, r, slope = _refine_lag(rotation, windows, at)
-        # What fits less well has to lead wherever clocks may be.
+        # A weaker fit must be better than all other lags.
         leads = ratio > _MIN_PEAK_RATIO and (
             abs(r) >= _MIN_CORRELATIONS[1] or grid.peak_ratio(at) > _MIN_PEAK_RATIO
         )
@@ -91,12 +91,12 @@ def find_lag(
 def find_lag_jump(
     rotation: RotationAngle, windows: Windows, about: float, *, certain: bool
 ) -> tuple[Floats, Floats] | None:
-    """Return two parts of a record, with a lag each, if two lags fit far better than one.
+    """Return two parts of a record with a lag each, if two lags fit far better than one.
 
-    Both lags are within ten seconds of a known one; the decision is by the likelihood ratio of two
-    parts to one. The lag of all windows lies between the lags of the parts, and fits neither. If
-    the known lag is not `certain`, the fixes may come from another vehicle and a few bends fit any
-    lag: one part must then have the known lag.
+    Both lags are within ten seconds of a known lag. The likelihood ratio of two parts to one
+    decides. The lag of all windows lies between the two lags and fits neither part. If the known
+    lag is not `certain`, the fixes may come from another vehicle. A few turns then fit any lag, so
+    one part must have the known lag.
     """
     own = windows.select(course_weights(windows) > 0.0)
     if len(own.start) < 2 * _MIN_WINDOWS:
@@ -113,7 +113,7 @@ def find_lag_jump(
     rates = rates - (rates @ w / w.sum())[:, np.newaxis]
     slope = (rates * w) @ c / np.maximum((rates**2) @ w, 1e-30)
     energy = np.cumsum(w * c**2)
-    # Of either sign and any unit: the largest slope is that of the best lag, nearly.
+    # Sign and unit of the slope are unknown. The largest slope belongs almost to the best lag.
     slope = slope[np.argmax(np.abs(slope))]
     costs = np.cumsum(w * (c - slope * rates) ** 2, axis=1)
     before, after = costs.min(axis=0), (costs[:, -1:] - costs).min(axis=0)
@@ -126,7 +126,7 @@ def find_lag_jump(
         return None
     split = int(np.argmin(np.where(enough, before + after, np.inf)))
     one, two = costs[:, -1].min(), before[split] + after[split]
-    # Windows overlap: each counts as the share of its time that is new.
+    # Windows overlap, so each counts only by the share of its time that is new.
     independent = float(np.minimum(np.diff(own.start, append=own.stop[-1]) / width, 1.0).sum())
     if two > _MAX_COST_SHARE * energy[-1] or independent * (one - two) < _MIN_GAIN * two:
         return None
@@ -145,13 +145,13 @@ def find_lag_jump(
 
 
 def course_weights(windows: Windows) -> Floats:
-    """Return the weight of each rate of the course, 0 where it is not known."""
+    """Return the weight of each course rate; 0 where the rate is unknown."""
     known = 1.0 / (windows.course_sigma**2 + _RATE_FLOOR_RAD_S**2)
     return np.asarray(np.where(windows.course_known, known, 0.0))
 
 
 def _correlate(rotation: RotationAngle, windows: Windows, lag: float) -> tuple[float, float]:
-    """Return correlation and slope of the course's rate on the gyro's at a lag."""
+    """Return correlation and slope between the course's rate and the gyro's rate at a lag."""
     c, w = windows.course_rate, course_weights(windows)
     g = rotation.rate(windows.start + lag, windows.stop + lag)
     present = np.isfinite(g) & (w > 0.0)
@@ -166,7 +166,7 @@ def _correlate(rotation: RotationAngle, windows: Windows, lag: float) -> tuple[f
 
 
 def _refine_lag(rotation: RotationAngle, windows: Windows, at: float) -> tuple[float, float, float]:
-    """Return lag, correlation and slope at the peak next to a lag, by a parabola."""
+    """Return lag, correlation and slope at the peak near a lag, by a parabola."""
     lags = at + np.arange(-_GRID_STEP_S, _GRID_STEP_S + 0.5 * _FINE_STEP_S, _FINE_STEP_S)
     fits = [_correlate(rotation, windows, lag) for lag in lags]
     sizes = np.abs([r for r, _ in fits])
@@ -221,7 +221,7 @@ class _ScoreGrid:
         cg = summed(w * c, g) / total - mean_c * mean_g
         good = (count >= _MIN_WINDOWS - 0.5) & (cc > 1e-12) & (gg > 1e-15)
         good &= count * 0.5 * width >= _MIN_OVERLAP_S - 1.0
-        # Indices beyond the gyro's are those of lags below zero.
+        # Indices beyond the length of the gyro's record belong to negative lags.
         index = np.arange(size)
         index = np.where(index < len(g), index, index - size)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -235,7 +235,7 @@ class _ScoreGrid:
         return cls(lags, scores[order], peak_width)
 
     def find_best(self, reach: float) -> tuple[float, float] | None:
-        """Return the best lag within a reach, and its score's ratio to the next separate peak."""
+        """Return the best lag within a reach, and its score over the score of the next peak."""
         near = np.abs(self.lags) <= reach
         if not near.any():
             return None
@@ -245,7 +245,7 @@ class _ScoreGrid:
         return float(self.lags[k]), self.peak_ratio(float(self.lags[k]), reach)
 
     def peak_ratio(self, lag: float, reach: float = np.inf) -> float:
-        """Return the ratio of a lag's score to the best score elsewhere within a reach."""
+        """Return the ratio of a lag's score to the best other score within a reach."""
         elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > self.peak_width)
         second = float(self.scores[elsewhere].max()) if elsewhere.any() else 0.0
         own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])

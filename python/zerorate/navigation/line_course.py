@@ -1,4 +1,4 @@
-"""Velocities and course of a receiver without velocities, from lines through its positions."""
+"""Velocity and course from positions only, by lines through the positions."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from zerorate.record.fixes import Fixes
 from zerorate.types import Floats
 
 _MIN_SHARE: Final = 0.6
-"""Share of the positions due in a line's time that must be there."""
+"""Smallest share of a line's positions that must be present."""
 _WIDTHS_S: Final = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _MAX_TURN_SIGMA_RAD: Final = 0.35
 _SMOOTHING_STEP_S: Final = 0.02
 MIN_TURNED_RAD: Final = 3.0
-"""Least total rotation of the course for a clock."""
+"""Smallest total change of course to find a clock offset, rad."""
 _MIN_CORRELATION: Final = 0.9
 _SLOPE_FACTOR: Final = 1.25
 _MIN_OVERLAP: Final = 0.9
-"""Share of the squared course rates that must overlap the gyro's."""
+"""Smallest share of the squared course rates that must overlap the gyro's record."""
 _PEAK_WIDTHS: Final = 1.5
 _PEAK_WIDTH_S: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class LineVelocities:
-    """Slopes of least-squares lines through positions, at steps of a quarter of their width.
+    """Slopes of least-squares lines through positions, one line per quarter of their width.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class LineVelocities:
     time : ndarray, shape (n,)
         Middle of each line, s.
     velocity : ndarray, shape (n, 2)
-        North and east velocity, m/s; NaN where there are too few positions.
+        Velocity north and east, m/s. NaN if there are too few positions.
     sigma : ndarray, shape (n,)
-        Standard deviation of each axis, m/s.
+        Standard deviation on each axis, m/s.
     """
 
     width: float
@@ -53,7 +53,7 @@ class LineVelocities:
 
     @classmethod
     def of(cls, fixes: Fixes, width: float) -> LineVelocities:
-        """Return the lines of a width through the positions of some fixes."""
+        """Return the lines of a given width, s, through the positions of fixes."""
         there = np.isfinite(fixes.position[:, :2]).all(axis=1)
         time, sigma = fixes.time[there], sigma_of_position(fixes)[there]
         if len(time) < 3:
@@ -85,7 +85,7 @@ class LineVelocities:
 
     @property
     def speed(self) -> Floats:
-        """Horizontal speed, m/s; 0 where it is not known."""
+        """Horizontal speed, m/s; 0 if unknown."""
         speed: Floats = np.nan_to_num(np.hypot(*self.velocity.T))
         return speed
 
@@ -102,7 +102,7 @@ class LineCourse:
 
     @classmethod
     def of(cls, means: Means, fixes: Fixes, down: Floats, width: float) -> LineCourse:
-        """Return the course from lines of this width, s, and its lag."""
+        """Return the course from lines of a given width, s, and its lag."""
         windows, turn = _turns(LineVelocities.of(fixes, width))
         rotation = _smooth(means.about(down), width)
         lag = find_lag(rotation, windows, max(_PEAK_WIDTH_S, _PEAK_WIDTHS * width))
@@ -126,7 +126,7 @@ class LineCourse:
 
 
 def find_line_courses(means: Means, fixes: Fixes, down: Floats) -> list[LineCourse]:
-    """Return the courses from lines of all widths, the best first; certain lags are preferred."""
+    """Return the courses from lines of all widths, the best first. Certain lags come first."""
     courses = [LineCourse.of(means, fixes, down, width) for width in _widths(fixes)]
     return sorted(
         courses, key=lambda one: (one.lag is not None and one.lag.certain, one.score), reverse=True
@@ -158,7 +158,7 @@ def _turns(lines: LineVelocities) -> tuple[Windows, Floats]:
 
 
 def _smooth(rotation: RotationAngle, width: float) -> RotationAngle:
-    """Return the angle smoothed with a parabola's weights, as line fits smooth the course."""
+    """Return the angle smoothed with parabolic weights, as a line fit smooths the course."""
     first, last = rotation.time[0], rotation.time[-1]
     grid = np.arange(first, last, _SMOOTHING_STEP_S)
     half = round(0.5 * width / _SMOOTHING_STEP_S)

@@ -103,10 +103,10 @@ _ROWS: Final = (
 )
 
 NAVIGATION_OPTIONS: Final = index_by_name(_ROWS)
-"""Of `zerorate.NavigationFilter`: every constant that is one number or one of some words.
+"""Options of `zerorate.NavigationFilter` with one number or one of some words as value.
 
-The compiled class checks them, and a test holds the table to it. What has methods is used only with
-a ``vehicle`` among them.
+The compiled class checks the values, and a test compares the class with this table. An option with
+methods is used only if ``vehicle`` is one of them.
 """
 
 FOOT_OPTIONS: Final = index_by_name(
@@ -122,10 +122,10 @@ FOOT_OPTIONS: Final = index_by_name(
         ),
     )
 )
-"""Of `zerorate.FootNavigation`: every constant that is one of some words."""
+"""Options of `zerorate.FootNavigation` with one of some words as value."""
 
 POSITION_OPTIONS: Final = index_by_name(options_of_rows(position_options()))
-"""Of `zerorate.PositionFilter`: its method, then every constant, with the methods that use it."""
+"""Options of `zerorate.PositionFilter`: the method, then constants with their methods."""
 
 POSITION_METHODS: Final = POSITION_OPTIONS["method"].choices
-"""All methods of `zerorate.PositionFilter`: the default, then those of papers."""
+"""Methods of `zerorate.PositionFilter`: first the default, then methods of papers."""

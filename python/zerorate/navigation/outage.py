@@ -1,4 +1,4 @@
-"""Errors of a navigation filter in outages of its receiver, compared with held values."""
+"""Errors of a navigation filter in receiver outages, compared with a held position or velocity."""
 
 from __future__ import annotations
 
@@ -39,45 +39,45 @@ POSITION_HELD: Final = "position held"
 VELOCITY_HELD: Final = "velocity held"
 FILTER: Final = "filter"
 SMOOTHED: Final = "smoothed"
-"""Names of what is compared."""
+"""Names of the compared estimates."""
 
 ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
-"""Standard deviations to the edge of an ellipse that holds 95 % of a plane's errors."""
+"""Standard deviations to the edge of the ellipse with 95 % of the errors in a plane."""
 _DOUBT_S: Final = 10.0
 _MIN_DOUBT_OUTAGES: Final = 3
-"""Outages that test a start in motion: their length, s, and least number."""
+"""Outages that test a start in motion: length, s, and smallest number."""
 _TIME_TOLERANCE_S: Final = 1e-6
-"""Seconds by which times are one: those of fixes add up with rounding."""
+"""Largest difference of equal times, s; times of fixes have rounding errors."""
 _MAX_END_GAP_SHARE: Final = 0.1
-"""Part of an outage that its last fix may come before its end."""
+"""Largest gap between the last fix and the end of an outage, as a share of the outage."""
 
 
 @dataclass(frozen=True, eq=False)
 class OutageErrors:
-    """Horizontal errors in n outages of one length, with m fixes withheld in all.
+    """Horizontal errors in n outages of the same length, with m withheld fixes in total.
 
     Parameters
     ----------
     seconds : float
-        Length of an outage.
+        Length of an outage, s.
     spans : ndarray, shape (n, 2)
-        Times of the last fix before an outage and of the last one withheld in it, s.
+        Time of the last fix before each outage, and time of the last withheld fix in it, s.
     time : ndarray, shape (m,)
-        Times of the withheld fixes, on the clock of the inertial sensors, s.
+        Times of the withheld fixes, s, on the clock of the inertial sensors.
     outage : ndarray of int, shape (m,)
-        Outage of each withheld fix.
+        Index of the outage of each withheld fix.
     position : ndarray, shape (m, 3)
-        Positions of these fixes: latitude and longitude, deg, height, m.
+        Positions of the withheld fixes: latitude and longitude, deg, height, m.
     errors : dict of str to ndarray, shape (m, 2)
-        Errors north and east at each of them, m, of "position held", "velocity held", "filter" and,
-        if requested, "smoothed".
+        Errors north and east at each withheld fix, m. The keys are "position held", "velocity
+        held", "filter" and, if requested, "smoothed".
     sigma : ndarray, shape (m, 2)
-        The filter's standard deviations north and east at each of them, m.
+        The filter's standard deviations north and east at each withheld fix, m.
     end : dict of str to ndarray, shape (n,)
-        Horizontal error at the last withheld fix, m. For "smoothed" the largest error in the
-        outage; NaN if fewer than two fixes follow.
+        Horizontal error at the last withheld fix of each outage, m. For "smoothed" it is the
+        largest error in the outage. It is NaN if fewer than two fixes follow the outage.
     fix_sigma : ndarray, shape (m, 2)
-        Standard deviations north and east that the receiver states for these fixes, m.
+        Standard deviations north and east of the withheld fixes, m, from the receiver.
     """
 
     seconds: float
@@ -96,7 +96,7 @@ class OutageErrors:
         return len(self.spans)
 
     def rms(self, name: str = FILTER) -> float:
-        """Return the root mean square of `end`, m, over the outages in which it is known."""
+        """Return the RMS of `end`, m, without outages of unknown error."""
         return math.sqrt(float(np.mean(self._known_ends(name) ** 2)))
 
     def median(self, name: str = FILTER) -> float:
@@ -104,22 +104,22 @@ class OutageErrors:
         return float(np.median(self._known_ends(name)))
 
     def largest(self, name: str = FILTER) -> float:
-        """Return the largest of `end`, m."""
+        """Return the maximum of `end`, m."""
         return float(np.max(self._known_ends(name)))
 
     def error_over_sigma(self) -> float:
-        """Return the RMS ratio of the filter's end errors to their standard deviation: 1 is right.
+        """Return the RMS ratio of the filter's end errors to their sigma; 1 is consistent.
 
-        The standard deviation combines the filter and the fix.
+        The variance is the sum of the filter's and the fix's variance.
         """
         return math.sqrt(0.5 * float(np.mean(self._end_squares())))
 
     def share_inside(self) -> float:
-        """Return the share of end errors inside the figure's ellipse; 95 % if sigma is right."""
+        """Return the share of end errors inside the 95 % ellipse; 0.95 if sigma is right."""
         return float(np.mean(self._end_squares() < ELLIPSE_SIGMAS**2))
 
     def _end_squares(self) -> Floats:
-        """Return the squares of end errors over their variances, summed over both axes."""
+        """Return the squared end errors over their variances, summed over both axes."""
         last = np.flatnonzero(np.diff(self.outage, append=-1))
         variance = self.sigma[last] ** 2 + self.fix_sigma[last] ** 2
         squares = (self.errors[FILTER][last] ** 2 / variance).sum(axis=1)
@@ -139,11 +139,11 @@ class Outages(Result):
     Parameters
     ----------
     lengths : tuple of OutageErrors
-        Errors of each length, in the given order.
+        Errors for each length, in the order of the request.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on what was left out or assumed.
+        Sentences on omissions and assumptions.
 
     Examples
     --------
@@ -159,14 +159,14 @@ class Outages(Result):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, seconds: float) -> OutageErrors:
-        """Return the errors of one length; KeyError if it was not requested."""
+        """Return the errors for one length. Raises KeyError if it was not requested."""
         for errors in self.lengths:
             if errors.seconds == seconds:
                 return errors
         raise KeyError(seconds)
 
     def __repr__(self) -> str:
-        """Return the number of outages of each length, and the filter's errors."""
+        """Return the number of outages and the filter's errors, for each length."""
         parts = (
             f"{errors.n} of {errors.seconds:g} s: {shorten(errors.rms(), 3)} m rms"
             for errors in self.lengths
@@ -191,64 +191,67 @@ def outages(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Outages:
-    """Return the errors of a navigation filter after outages of the receiver.
+    """Return the errors of a navigation filter in outages of the receiver.
 
-    Fixes are withheld, and the filter's track is compared with them. The same is done for a
-    position and a velocity held since the last fix; on a slow platform these may be better.
+    Fixes are withheld, and the filter's track is compared with them. Two simple estimates are
+    compared, too: the position or the velocity is held since the last fix. On a slow platform these
+    may be better than the filter.
 
     Parameters
     ----------
     imu : Recording
         Recording for ``NavigationFilter.process``, in the axes of the body.
     gnss : Fixes
-        Fixes of the receiver; withheld ones count as true.
+        Fixes of the receiver. Withheld fixes count as the true position.
     seconds : float or sequence of float
-        Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
+        Lengths of the outages, s. The filter runs once for each length. Default: 10, 30 and 60.
     nav : NavigationFilter, optional
-        A new filter without samples; it is copied and not changed. By default axes, clock, antenna
-        and start are found as in `zerorate.navigate`.
+        A new filter without samples. It is copied and does not change. Default: axes, clock,
+        antenna and start are found as in `zerorate.navigate`.
     antenna : array_like, shape (3,), optional
-        Vector from the sensors to the antenna, body axes, m; if `nav` is given, set it there.
+        Vector from the sensors to the antenna in body axes, m. If `nav` is given, set the antenna
+        there.
     smooth : bool
-        Also smooth; its largest error inside an outage is reported.
+        True also runs the smoother and reports its largest error in each outage.
     first : float
-        Seconds from the filter's first fix to the first outage. Default 60.
+        Time from the filter's first fix to the first outage, s. Default 60.
     between : float
-        Seconds from the end of an outage to the next, in which fixes are used. Default 30.
+        Time between two outages, in which fixes are used, s. Default 30.
     rest : array_like of bool, shape (n,), optional
-        Mask of known rest of the vehicle.
+        Mask of samples at which the vehicle is known to rest.
     wheel_speed : array_like, shape (n,), or Wheels, optional
-        Speed of its wheels, m/s, for a filter of a wheeled vehicle.
+        Speed of the wheels, m/s, for a filter of a wheeled vehicle.
     aids : dict of str to array_like or Aid, optional
-        Readings of aids, as the arguments height, pressure, heading and baseline of
-        ``NavigationFilter.process``.
+        Readings of aids by the argument names of ``NavigationFilter.process``: height, pressure,
+        heading or baseline.
     time_offset : float, TimeOffset or "auto"
-        Offset added to the times of the fixes, s. "auto": the best fit of sensors and fixes; 0 if
-        `nav` is given.
+        Offset to add to the times of the fixes, s. "auto" finds the offset at which sensors and
+        fixes agree best. If `nav` is given, "auto" means 0.
     threads : int, optional
-        Number of lengths to run at once. Default: one per core. The result does not depend on it.
-        Each needs 0.4 kB per sample and, with `smooth`, about 3 kB per step of the covariance.
+        Number of outage lengths to run in parallel. Default: one per core. The result does not
+        depend on it. Each length needs 0.4 kB per sample. With `smooth` it also needs about 3 kB
+        per step of the covariance.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
 
     Returns
     -------
     Outages
-        Errors by length; ``print`` shows RMS, median and largest.
+        Errors by length. ``print`` shows RMS, median and maximum.
 
     Raises
     ------
     LogError
         If there are no fixes, or the filter did not start.
     ValueError
-        If an argument is out of range, the filter has seen samples, or there is no room for an
-        outage of a requested length.
+        If an argument is out of range, or the filter has processed samples. Also if the record is
+        too short for a requested outage.
 
     Notes
     -----
     If a receiver reports no velocity, the held velocity comes from the last two positions. Errors
-    are computed at the antenna, interpolated between samples. Filter errors smaller than the errors
-    of the fixes cannot be measured.
+    refer to the antenna, with its position interpolated between samples. A filter error below the
+    error of the fixes cannot be measured.
 
     Examples
     --------
@@ -283,7 +286,7 @@ def outages(
 
 @dataclass(frozen=True)
 class OutagePlan:
-    """Lengths of outages, flag of smoothing, seconds before the first and between them."""
+    """Lengths of outages, s, smoothing, and time before and between outages, s."""
 
     lengths: Sequence[float]
     smooth: bool
@@ -300,7 +303,7 @@ class OutagePlan:
         threads: int,
         report: Progress,
     ) -> Outages:
-        """Return the errors of a filter, from its estimates with all and with withheld fixes."""
+        """Return the filter's errors, from its track with all fixes and its tracks with outages."""
         from zerorate.record.offset import TimeOffset
 
         fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))
@@ -346,14 +349,14 @@ def doubt_start(
     undisturbed: Track,
     inputs: dict[str, Any],
 ) -> str:
-    """Return a sentence if a held velocity is better than a filter that began in motion."""
+    """Return a sentence if a held velocity is better than a filter that started in motion."""
     if not begins_in_motion(start):
         return ""
     plan = OutagePlan((_DOUBT_S,), smooth=False, first=2.0 * _DOUBT_S, between=_DOUBT_S)
     try:
         found = plan.run(imu, gnss, nav, undisturbed, inputs, 1, lambda step, done: None)[_DOUBT_S]
     except ValueError:
-        # There is no room for an outage.
+        # The record is too short for an outage.
         return ""
     filtered, held = found.rms(), found.rms(VELOCITY_HELD)
     if found.n < _MIN_DOUBT_OUTAGES or not filtered > held:
@@ -409,7 +412,8 @@ def _check_not_negative(name: str, value: float) -> None:
 class _WithheldFixes:
     """Withheld fixes: their indices, their outages, and the last fix before each outage.
 
-    `smoothable` is True for outages that two fixes follow: the filter does not trust a single fix.
+    `smoothable` is True for outages with two later fixes, because the filter does not trust one
+    fix.
     """
 
     fixes: Integers
@@ -419,7 +423,7 @@ class _WithheldFixes:
     skipped_count: int
 
     def mask(self, n: int) -> Booleans:
-        """Return the mask of the fixes, out of n, that are withheld."""
+        """Return the mask of withheld fixes among n fixes."""
         mask = np.zeros(n, dtype=np.bool_)
         mask[self.fixes] = True
         return mask
@@ -427,7 +431,7 @@ class _WithheldFixes:
 
 @dataclass(frozen=True, eq=False)
 class _FixSpan:
-    """Fixes on the clock of a track, and the span in which they can be withheld."""
+    """Fixes on the clock of a track, and the time span in which fixes can be withheld."""
 
     gnss: Fixes
     begin: float
@@ -448,7 +452,7 @@ class _FixSpan:
         return cls(gnss, float(gnss.time[until[-1]]), float(gnss.time[inside[-1]]))
 
     def withhold(self, length: float, first: float, between: float) -> _WithheldFixes:
-        """Return the fixes that are withheld in outages of a length."""
+        """Return the fixes to withhold for outages of a given length."""
         time, begin = self.gnss.time, self.begin + first
         count = (
             math.floor((self.last + _TIME_TOLERANCE_S - begin - length) / (length + between)) + 1
@@ -534,14 +538,14 @@ def _compute_errors(
             f"outages of {length:g} s in which a gap of the sensors ended the track, left out of "
             f"its row: {lost} of {len(last)}"
         )
-    # The last sample before a fix: at the first after it the next may have been taken.
+    # Use the last sample before a fix: the first sample after it may include the next fix.
     samples = np.searchsorted(track.time, time, side="right") - 1
     sigma, fix_sigma = track.sigma[samples, :2], pack_fixes(gnss)[chosen, 7:9]
     return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end, fix_sigma)
 
 
 def _displacement(start: Floats, stop: Floats) -> Floats:
-    """Return displacements north and east between positions, m; heights may be missing."""
+    """Return the displacements north and east between positions, m; heights may be missing."""
     from zerorate.geometry.earth import local_ned
 
     level = start.copy()
@@ -550,7 +554,7 @@ def _displacement(start: Floats, stop: Floats) -> Floats:
 
 
 def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
-    """Return the velocity north and east at fixes, held in outages."""
+    """Return the velocity north and east that each outage holds, m/s."""
     velocity = np.full((len(before), 2), np.nan)
     if gnss.velocity is not None:
         velocity = gnss.velocity[before, :2].copy()
@@ -568,7 +572,7 @@ def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
 
 
 _PoseGetter = Callable[[Integers], tuple[Floats, Floats]]
-"""Positions and quaternions at some samples."""
+"""Function from sample indices to positions and quaternions."""
 
 
 def _pose_getter(track: Track) -> _PoseGetter:
@@ -578,7 +582,7 @@ def _pose_getter(track: Track) -> _PoseGetter:
 def _antenna_errors(
     clock: Floats, poses: _PoseGetter, time: Floats, truth: Floats, lever: Floats
 ) -> Floats:
-    """Return the errors of an antenna's position, north and east, at some times."""
+    """Return the errors of the antenna position at some times, north and east, m."""
     after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     before = after - 1
     part = ((time - clock[before]) / (clock[after] - clock[before]))[:, np.newaxis]

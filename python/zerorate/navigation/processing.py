@@ -31,9 +31,9 @@ def processed(
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
-    """Do the work of ``NavigationFilter.process``; with `keep` the track can be smoothed.
+    """Do the work of ``NavigationFilter.process``. With `keep` the track can be smoothed.
 
-    `known` contains the mask of rest, the wheel speeds and the readings of aids.
+    `known` has the mask of rest, the wheel speeds and the readings of aids.
     """
     rest, speed, aids = known
     samples = Samples.of(imu, mag=False, what="navigation")

@@ -1,4 +1,4 @@
-"""A start in motion, with its attitude corrected by the first minute of fixes."""
+"""Start in motion, with an attitude corrected by the first minute of fixes."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
 
 _SPAN_S: Final = 60.0
-"""Seconds of fixes that correct the attitude."""
+"""Length of the fixes that correct the attitude, s."""
 _LEAD_S: Final = 1.0
 _MAX_ROUNDS: Final = 8
 _CONVERGED_SIGMAS: Final = 0.3
 _SIGMA_FACTOR: Final = 3.0
-"""Smoothed standard deviations that the start takes: its fixes are used again by the filter."""
+"""Factor on the smoothed standard deviation, because the filter uses the same fixes again."""
 
 
 def refine_attitude(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Alignment:
-    """Correct roll, pitch and heading of a start by smoothing the first minute until they converge.
+    """Correct roll, pitch and heading of a start by repeated smoothing of the first minute.
 
-    A filter that begins with an attitude error of tens of degrees mistakes it for biases, and is
-    soon too certain of these. An iterated smoother corrects the attitude from the first minute (B.
-    M. Bell, *SIAM Journal on Optimization* 4(3), 1994). If the iteration does not converge, the
-    start is returned unchanged.
+    A filter that starts with an attitude error of tens of degrees mistakes this error for biases.
+    It soon trusts these biases too much. An iterated smoother corrects the attitude instead (B. M.
+    Bell, *SIAM Journal on Optimization* 4(3), 1994). If the iteration does not converge, the start
+    is returned unchanged.
     """
     last = start.time + _SPAN_S
     piece = slice(*np.searchsorted(samples.time, [start.time - _LEAD_S, last]))
@@ -42,7 +42,7 @@ def refine_attitude(
     for _ in range(_MAX_ROUNDS):
         _, steps = NavigationFilter(begin, **options).process_arrays(*arrays, rows, record=True)
         smoothed = {} if steps is None else steps.smoothed()
-        # One that begins twice has lost itself.
+        # A second start within the minute means that the filter lost its position.
         if not len(smoothed.get("sample", ())) or smoothed["begins"][1:].any():
             return start
         error, sigma = smoothed["before"][0, 6:9], smoothed["sigma"][0, 6:9]

@@ -1,4 +1,4 @@
-"""Checks of sensors and receiver against each other, before any filter: units, axes, clocks."""
+"""Checks of sensors and receiver against each other, without a filter: units, axes, clocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _MIN_LAG_S: Final = 1.0
-"""Least clock error that is reported here, s; a smaller one is found by innovations."""
+"""Smallest clock error that is reported here, s; the innovations show smaller errors."""
 _LEAP_SECONDS: Final = {
     18: "18 s between UTC and the time of GPS",
     37: "37 s between UTC and atomic time",
@@ -36,7 +36,7 @@ _SPEED_UNITS: Final = (
 _SPEED_SCALE_RANGE: Final = (0.85, 1.18)
 _GYRO_SCALE_RANGE: Final = (0.8, 1.25)
 _MIN_CORRELATION: Final = 0.5
-"""Correlation below which nothing is reported."""
+"""Smallest correlation for a finding."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(15.0)
 _BACKWARD_ANGLE_RAD: Final = math.radians(150.0)
 _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
@@ -44,19 +44,19 @@ _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
 
 @dataclass(frozen=True, eq=False)
 class NavigationFinding:
-    """Finding of one step of a check.
+    """One finding of `check_navigation`.
 
     Parameters
     ----------
     what : str
-        ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``, ``"gyro"``,
-        ``"force"``, ``"axes"`` or ``"mount"``.
+        Kind of the finding: ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``,
+        ``"gyro"``, ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
-        A mistake, or a question that the motion cannot decide.
+        "mistake" if it is certain, "cannot tell" if the motion cannot decide it.
     text : str
-        A sentence.
+        Sentence that describes the finding.
     value : float
-        The estimated factor, angle (rad) or time (s); NaN if there is none.
+        Estimated factor, angle (rad) or time (s). NaN if there is none.
 
     Examples
     --------
@@ -81,13 +81,13 @@ class NavigationChecks:
     Parameters
     ----------
     findings : tuple of NavigationFinding
-        Mistakes and undecided questions; empty if everything agrees.
+        Mistakes and undecided questions. Empty if sensors and receiver agree.
     lag : float
-        Offset to add to the times of the fixes, s, to tenths; NaN if it is not known.
+        Offset to add to the times of the fixes, s, accurate to tenths. NaN if unknown.
     correlation : float
-        Correlation of the course's rate with the gyro's rate about down.
+        Correlation between the rate of the course and the gyro's rate about down.
     axes : Axes or None
-        Axes of the sensors.
+        Estimated axes of the sensors. None if unknown.
     source : str
         Name of the recording.
 
@@ -108,7 +108,7 @@ class NavigationChecks:
 
     @property
     def mistakes(self) -> tuple[NavigationFinding, ...]:
-        """Mistakes beyond doubt."""
+        """Findings with status "mistake"."""
         return tuple(finding for finding in self.findings if finding.status == "mistake")
 
     def __str__(self) -> str:
@@ -133,25 +133,29 @@ def check_navigation(
     gnss : Fixes
         Fixes of the receiver.
     time_offset : float
-        Offset added to the times of the fixes, s.
+        Offset to add to the times of the fixes, s.
     mounted : bool
-        True if the axes should be forward, right, down; otherwise only their handedness is checked.
+        True checks that the axes are forward, right, down. False checks their handedness only.
 
     Returns
     -------
     NavigationChecks
-        One finding per mistake; each mistake is corrected before the next step.
+        One finding per mistake. Each mistake is corrected before the next check runs.
 
     Raises
     ------
     LogError
-        If the recording has no gyro or accelerometer of a known unit.
+        If the recording has no gyro or accelerometer with a known unit.
 
     Notes
     -----
-    Positions are compared with velocities, the rate of the course with the gyro about down, and the
-    mean force with accelerations along and across the course. If the vehicle hardly turns or
-    accelerates, a finding states that these checks are not possible.
+    The checks compare three pairs:
+
+    - positions with velocities
+    - the rate of the course with the gyro's rate about down
+    - the mean force with the accelerations along and across the course
+
+    If the vehicle hardly turns or accelerates, a finding says that these checks are not possible.
 
     Examples
     --------
@@ -186,7 +190,7 @@ def check_navigation(
 
 @dataclass(eq=False)
 class _CheckState:
-    """Sensors and fixes; each step corrects the mistake that it finds."""
+    """Sensors and fixes. Each check corrects the mistake that it finds."""
 
     samples: Samples
     fixes: Fixes
@@ -207,9 +211,9 @@ class _CheckState:
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
     def find_course(self) -> tuple[list[tuple[RotationAngle, Windows]], Lag | None, float]:
-        """Return the rotations of gyro and course, their lag, and the course's total, rad.
+        """Return gyro rotations, course rates, their lag, and the total change of course, rad.
 
-        Without velocities there are rotations for each width of lines, the best first.
+        Without velocities, lines of several widths give several results. The best result is first.
         """
         if not Epochs.of(self.fixes).is_reported:
             courses = find_line_courses(self.means, self.fixes, self.down)
@@ -293,7 +297,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         if np.nanmax(np.abs(position[:, 0])) <= 90.0:
             work.fixes = replace(work.fixes, position=position)
         return
-    # With latitude for longitude the way to the east has another scale.
+    # If latitude and longitude are exchanged, displacements east have another scale.
     if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
         text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities state"
         yield _mistake("velocity", text, k)
@@ -305,7 +309,7 @@ def _transform_velocity(work: _CheckState, matrix: Floats) -> None:
 
 
 def _mean_velocities(fixes: Fixes, epochs: Epochs) -> tuple[Floats, Floats] | None:
-    """Return displacements over a second, and the mean velocities over them, m/s."""
+    """Return displacements over a second, and the mean velocity over each, m/s."""
     present = np.isfinite(fixes.position[:, :2].sum(axis=1))
     used = fixes.chosen(present)
     if len(used) < 20 or len(epochs.time) < 20:
@@ -348,7 +352,7 @@ def _check_clock(work: _CheckState) -> _Findings:
         return
     certain = lag is not None and lag.certain
     about = lag.seconds if lag is not None and certain else 0.0
-    # The lines that one lag fits best are long, and hide a jump that shorter ones show.
+    # The lines that fit best are long, and can hide a jump that shorter lines show.
     jumps = (find_lag_jump(*course, about, certain=certain) for course in courses)
     if (parts := next((jump for jump in jumps if jump is not None), None)) is not None:
         (before, after), (first, second) = parts
@@ -358,7 +362,7 @@ def _check_clock(work: _CheckState) -> _Findings:
             f"{after:.0f} s",
             float(second - first),
         )
-        # No lag fits both parts: nothing that depends on one is judged.
+        # No lag fits both parts: later checks run without a lag.
         work.lag = None
     elif lag is None or not lag.certain:
         reason = (
@@ -375,7 +379,7 @@ def _check_clock(work: _CheckState) -> _Findings:
 
 
 def _check_gyro(work: _CheckState) -> _Findings:
-    """Compare the rate of the course with the gyro's, ignoring the sign."""
+    """Compare the rate of the course with the gyro's rate, ignoring the sign."""
     lag = work.lag
     if (
         lag is None
@@ -413,7 +417,7 @@ def _check_swap(work: _CheckState) -> _Findings:
 
 
 def _check_handedness(work: _CheckState) -> _Findings:
-    """Yield faults of handedness, and of the signs of gyro and force."""
+    """Yield mistakes of the handedness and of the signs of gyro and force."""
     lag = work.lag
     if lag is None or not lag.certain:
         return

@@ -1,4 +1,4 @@
-"""The track of a vehicle: positions, standard deviations, and the best estimate of it."""
+"""Track of a vehicle: positions with standard deviations, from the filter or the smoother."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ if TYPE_CHECKING:
     from zerorate.navigation.outage import Outages
 
 STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
-"""Words for `Track.status`, in the order of its numbers."""
+"""Names of the values of `Track.status`."""
 
 VERDICTS: Final = ("used", "rejected", "refused", "not reached")
-"""Words for `Track.verdict`, in the order of its numbers."""
+"""Names of the values of `Track.verdict`."""
 
 _ANTENNA_SIGMAS: Final = 3.0
-"""Standard deviations beyond which an antenna is not at its stated position."""
+"""Distance from its stated position, in standard deviations, that marks a misplaced antenna."""
 _WHEEL_UNIT_FACTORS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
-"""Of scale, yaw and pitch: percent and degrees."""
+"""Factors from scale, yaw and pitch of the wheels to percent, deg and deg."""
 
 _BIAS_UNITS: Final = {"gyro": "radps", "accel": "mps2"}
 
 
 Steps = dict[str, npt.NDArray[Any]]
-"""The smoother's results at each step of the covariance, as in ``NavigationRecord.smoothed``."""
+"""Smoother results at each covariance step, as in ``NavigationRecord.smoothed``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Inputs:
 
 
 class SmoothableTrack:
-    """Track with the steps that a smoother needs."""
+    """Track with the covariance steps that a smoother needs."""
 
     time: Floats
     position: Floats
@@ -86,12 +86,12 @@ class SmoothableTrack:
 
     @property
     def navigating(self) -> Booleans:
-        """Mask of known positions, shape (n,)."""
+        """Mask of samples with a known position, shape (n,)."""
         known: Booleans = np.isfinite(self.position[:, 0])
         return known
 
     def _apply_errors(self, error: Floats, sigma: Floats) -> dict[str, Any]:
-        """Return all fields of the smoothed track except the position, from errors (n, 15)."""
+        """Return the fields of the smoothed track, without the position, from errors (n, 15)."""
         turn = from_rotation_vectors(error[:, 6:9])
         known = self.navigating[:, np.newaxis]
         return {
@@ -105,7 +105,7 @@ class SmoothableTrack:
         }
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state, with the smoother's result, a tenth as large, in place of the steps."""
+        """Return the pickled state: the smoother's result instead of the ten times larger steps."""
         steps = self._steps
         smoothed = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
         return {**vars(self), "_steps": smoothed}
@@ -113,45 +113,51 @@ class SmoothableTrack:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Track(Oriented, SmoothableTrack, Result):
-    """The track of a vehicle over n samples, as ``NavigationFilter.process`` returns it.
+    """Track of a vehicle over n samples, as ``NavigationFilter.process`` returns it.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Position of the sensors: latitude and longitude, deg, height, m; NaN while unknown.
+        Position of the sensors: latitude and longitude, deg, height, m. NaN while unknown.
     velocity : ndarray, shape (n, 3)
         Velocity north, east, down, m/s.
     quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to north, east, down.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        rad/s and m/s^2.
+        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
     sigma : ndarray, shape (n, 15)
-        Standard deviations of position, velocity, orientation about north, east and down, and of
-        the biases; m, m/s, rad, rad/s, m/s^2.
+        Standard deviations, three columns each:
+
+        - position, m
+        - velocity, m/s
+        - orientation about north, east and down, rad
+        - gyro bias, rad/s
+        - accelerometer bias, m/s^2
     status : ndarray of uint8, shape (n,)
-        Status of the filter: an index of `zerorate.navigation.STATUSES`.
+        Status of the filter: an index into `zerorate.navigation.STATUSES`.
     fixes : ndarray, shape (m, 13)
-        Fixes of the receiver: time, position, velocity and their standard deviations.
+        Fixes of the receiver: time, position, velocity, and their standard deviations.
     verdict : ndarray of uint8, shape (m,)
-        Verdict on each fix: an index of `zerorate.navigation.VERDICTS`.
+        Verdict on each fix: an index into `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
-        Time of the sample after which each fix was processed, s; NaN for fixes after the last
+        Time of the sample after which each fix was processed, s. NaN for fixes after the last
         sample.
     fix_count : dict of str to int
-        Numbers of "used", "rejected" and "refused" fixes.
+        Number of fixes by verdict: "used", "rejected" and "refused".
     rejected_count : dict of str to int
-        Numbers of "positions" and "velocities" that the gate rejected.
+        Number of "positions" and "velocities" that the gate rejected.
     usable : ndarray of bool, shape (n, 5)
-        True where the standard deviation of an output is within its limit; the columns are
-        `zerorate.navigation.OUTPUTS`.
+        True where the standard deviation of an output is within its limit.
+        `zerorate.navigation.OUTPUTS` names the columns.
     limits : dict of str to float
-        Limits of the filter, as in ``NavigationFilter.limits``.
+        Limits of the standard deviations, as in ``NavigationFilter.limits``.
     aids : dict of str to AidResults
-        Readings of aids by kind ("height", "pressure", "heading", "baseline"), and their verdicts.
+        Readings of the aids with their verdicts, by kind: "height", "pressure", "heading",
+        "baseline".
     smoothed : bool
-        True if each sample was smoothed with all fixes.
+        True if the smoother made the track: each sample then uses all fixes.
     epoch : float, optional
         Unix time at which `time` is zero.
     source : str
@@ -193,7 +199,7 @@ class Track(Oriented, SmoothableTrack, Result):
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        """Return the size, the number of fixes, and a word if it is smoothed."""
+        """Return the numbers of samples and fixes; a smoothed track is marked."""
         span = float(np.ptp(self.time)) if self.n else 0.0
         best = ", smoothed" if self.smoothed else ""
         counts = ", ".join(f"{count} {name}" for name, count in self.fix_count.items())
@@ -210,17 +216,17 @@ class Track(Oriented, SmoothableTrack, Result):
         Parameters
         ----------
         position : array_like, shape (n, 3)
-            deg, deg, m.
+            True latitude and longitude, deg, and height, m.
         velocity : array_like, shape (n, 3), optional
-            North, east, down, m/s.
+            True velocity north, east, down, m/s.
         quaternion : array_like, shape (n, 4), or scipy Rotation of length n, optional
-            Quaternions w, x, y, z to north, east, down.
+            True quaternions w, x, y, z from the body's axes to north, east, down.
 
         Returns
         -------
         ndarray, shape (n, 3), (n, 6) or (n, 9)
-            Errors north, east, down: m, m/s, and the rotation vector of the orientation error, rad,
-            as in `sigma`.
+            Errors north, east, down, with three columns per quantity in the order of `sigma`:
+            position, m, velocity, m/s, and orientation (rotation vector), rad.
         """
         parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:
@@ -232,18 +238,19 @@ class Track(Oriented, SmoothableTrack, Result):
         return np.hstack(parts)
 
     def poses(self, origin: npt.ArrayLike | None = None) -> Poses:
-        """Return the track in metres east, north and up of an origin, as in TUM and evo.
+        """Return the track in metres east, north and up from an origin, as in TUM files and evo.
 
         Parameters
         ----------
         origin : array_like, shape (3,), optional
-            Origin: deg, deg, m; default the first known position.
+            Latitude and longitude, deg, and height, m, of the origin. Default: the first known
+            position.
 
         Returns
         -------
         Poses
-            Poses of the samples at which the filter navigated; orientations from the body (forward,
-            right, down) to east, north, up.
+            Poses at the samples with a known position. Orientations are from the body's axes
+            (forward, right, down) to east, north, up.
 
         Raises
         ------
@@ -263,30 +270,30 @@ class Track(Oriented, SmoothableTrack, Result):
     def nis(self) -> Floats:
         """Return the normalised innovations squared of each fix, shape (m, 2).
 
-        The values are for position and velocity, and average 3 in a consistent filter. Fixes that
-        the gate rejected are included. NaN if a fix was out of sequence, has no velocity, or began
-        the track.
+        The columns are position and velocity. Their mean is 3 in a consistent filter. Fixes that
+        the gate rejected are included. A value is NaN if the fix was out of sequence, has no
+        velocity, or started the track.
 
         Raises
         ------
         ValueError
-            If this track is smoothed.
+            If the track is smoothed.
         """
         if self._nis is None:
             raise ValueError("this track is smoothed")
         return self._nis.copy()
 
     def smooth(self) -> Track:
-        """Return the best estimate: each sample uses all fixes, before and after it.
+        """Return the smoothed track: each sample uses all fixes, earlier and later.
 
-        A smoother processes the steps of the covariance backward; ``process`` has kept about 2.5 kB
-        for each. Samples between two steps are corrected by interpolation. At the last sample the
-        result is the filter's estimate.
+        The smoother runs backward over the steps of the covariance, and interpolates between two
+        steps. ``process`` keeps about 2.5 kB for each step. At the last sample the result is the
+        filter's estimate.
 
         Raises
         ------
         ValueError
-            If this track is smoothed, or its steps were not kept.
+            If the track is already smoothed, or its steps were not kept.
         MemoryError
             If there is not enough memory for the smoother's result.
         """
@@ -302,9 +309,14 @@ class Track(Oriented, SmoothableTrack, Result):
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
 
-        Its extra columns are velocity, m/s, quaternion, biases, rad/s and m/s^2, the standard
-        deviations of biases, position, velocity and orientation, which outputs are usable, and
-        whether the filter navigated.
+        Its extra columns are:
+
+        - velocity, m/s
+        - quaternion
+        - biases, rad/s and m/s^2
+        - standard deviations of biases, position, velocity and orientation
+        - a flag for each usable output
+        - a flag for samples with a known position
         """
         names = ("latitude_deg", "longitude_deg", "height_m")
         meta = {"source": self.source, "notes": self.notes}
@@ -330,7 +342,7 @@ class Track(Oriented, SmoothableTrack, Result):
     def plot(
         self, outages: Outages | None = None, *, ax: Axes | Sequence[Axes] | None = None
     ) -> Figure:
-        """Return the figure, which marks outages of ``zerorate.navigation.outages``.
+        """Return a figure of the track, with the outages of ``zerorate.navigation.outages`` marked.
 
         With `ax`, only the path is drawn, on these axes. Raises ImportError without matplotlib
         (extra ``plot``).
@@ -347,7 +359,7 @@ def run_navigation(
     notes: tuple[str, ...] = (),
     keep: bool = True,
 ) -> Track:
-    """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
+    """Run a filter over arrays and return its track. With `keep` the track can be smoothed."""
     before = nav.copy()
     output, steps = nav.process_arrays(
         inputs.time,
@@ -394,7 +406,7 @@ def _count_since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
 
 
 def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
-    """Describe the filter's jumps to positions that it had rejected before."""
+    """Describe the filter's jumps to positions that it had rejected at first."""
     moves = nav.move_count - before.move_count
     if not moves or nav.last_move is None:
         return
@@ -433,7 +445,7 @@ def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iter
 
 
 def explain_no_start(track: Track) -> str:
-    """Return the reason why a filter did not begin to navigate."""
+    """Return the reason why a filter did not start to navigate."""
     fixes, time = track.fixes[:, 0], track.time
     if not len(fixes) or not len(time):
         return "there are no fixes" if len(time) else "there are no samples"
@@ -456,7 +468,7 @@ def explain_no_start(track: Track) -> str:
 def smooth_steps(
     steps: NavigationRecord | Steps | None, smoothed: bool, deviations: bool = True
 ) -> Steps:
-    """Return the smoother's result on the steps of a track; ValueError if there are none."""
+    """Return the smoother's result at the steps of a track. Raises ValueError without steps."""
     if smoothed:
         raise ValueError("this track is smoothed")
     if steps is None:
@@ -475,11 +487,11 @@ def interpolate_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
 def _bracket_steps(
     time: Floats, steps: Steps, samples: Integers
 ) -> tuple[Integers, Integers, Floats]:
-    """Return the steps before and after each sample, and its fraction between, shape (m, 1)."""
+    """Return the steps before and after each sample, and the fraction between them, (m, 1)."""
     at = steps["sample"].astype(np.intp)
     last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
     following = np.minimum(last + 1, len(at) - 1)
-    # A piece that begins again has no information on the one before it.
+    # After a restart of the filter, the steps before it have no information.
     joined = (following > last) & ~steps["begins"][following].astype(bool)
     begin, end = time[at[last]], time[at[following]]
     part = np.where(joined, (time[samples] - begin) / np.where(joined, end - begin, 1.0), 0.0)
@@ -487,9 +499,9 @@ def _bracket_steps(
 
 
 class SmoothedPoses:
-    """Positions and orientations from ``Track.smooth``, at some samples only.
+    """Positions and orientations from ``Track.smooth``, at selected samples only.
 
-    No standard deviations are computed and most samples are left out, which is many times faster.
+    This is many times faster, because no standard deviations are computed.
     """
 
     def __init__(self, track: Track) -> None:

@@ -28,11 +28,11 @@ class TrackLike(Protocol):
 
     @property
     def time(self) -> Floats:
-        """Seconds, shape (n,)."""
+        """Times, s, shape (n,)."""
 
     @property
     def position(self) -> Floats:
-        """Latitude deg, longitude deg, height m, shape (n, 3)."""
+        """Latitude, deg, longitude, deg, and height, m, shape (n, 3)."""
 
 
 _GPX_HEAD: Final = (
@@ -42,11 +42,11 @@ _GPX_HEAD: Final = (
 
 _FEATURE: Final = '{"type": "FeatureCollection", "features": [{"type": "Feature", '
 _PIECE_ROWS: Final = 1 << 16
-"""Rows that are put into words at a time."""
+"""Number of rows that are formatted at once."""
 
 _Values: TypeAlias = Floats | npt.NDArray[np.datetime64]
 _Column: TypeAlias = tuple[str, _Values, str]
-"""Text before a row's number or time, these two, and the text after them."""
+"""Text before a row's value, the values of all rows, and the text after the value."""
 
 
 def write_geojson(
@@ -64,14 +64,15 @@ def write_geojson(
     path
         File to write.
     track
-        `Fixes`, or any object with ``time`` (n,) and ``position`` (n, 3) in deg, deg and m. Rows
-        without a position (NaN) divide it into lines; a height may be missing.
+        `Fixes`, or any object with ``time`` (n,), s, and ``position`` (n, 3), deg, deg and m. A row
+        without a position (NaN) ends a line. Heights may be missing.
     epoch : float, optional
-        Unix time, UTC, at which the track's time is zero. Default: ``track.epoch``, if it has one.
+        Unix time, UTC, at which the track's time is zero. Default: ``track.epoch``, if the track
+        has it.
     name : str, optional
-        Name of the track; default ``track.source``, or else "track".
+        Name of the track. Default: ``track.source``, or else "track".
     force : bool
-        Replace an existing file; default False.
+        True replaces an existing file. Default False.
 
     Raises
     ------
@@ -80,13 +81,13 @@ def write_geojson(
     TypeError
         If the track has no times or positions.
     OSError
-        If the file exists (without ``force``) or cannot be written. Nothing is left half-written.
+        If the file exists (without ``force``) or cannot be written. No partial file remains.
 
     Notes
     -----
-    As in RFC 7946: longitude, latitude, height above the ellipsoid (section 3.1.1), and a line
-    across the meridian of 180 deg is cut in two (3.1.9). With an epoch the property ``coordTimes``
-    holds the time of each position, in the structure of the coordinates.
+    The coordinates are longitude, latitude and height above the ellipsoid (RFC 7946, section
+    3.1.1). A line across the meridian of 180 deg is cut in two (section 3.1.9). With an epoch the
+    property ``coordTimes`` has the time of each position, nested as the coordinates.
 
     Examples
     --------
@@ -124,9 +125,9 @@ def write_gpx(
 ) -> None:
     """Write a track as GPX 1.1: one track, with one segment per line.
 
-    Parameters and errors are those of `write_geojson`. ``<time>`` is written only with an epoch, in
-    UTC to the millisecond. ``<ele>`` is the height above the ellipsoid, as in the track; GPX itself
-    defines only its unit, metres.
+    The parameters and errors are the same as in `write_geojson`. ``<time>`` is written only with an
+    epoch, in UTC to the millisecond. ``<ele>`` is the track's height above the ellipsoid. GPX does
+    not define the reference of a height.
 
     Examples
     --------
@@ -150,14 +151,14 @@ def write_gpx(
 
 @dataclass(frozen=True)
 class _TrackRows:
-    """Time, latitude, longitude and height, shape (n, 4), and their description."""
+    """Time, latitude, longitude and height, shape (n, 4), with name and source."""
 
     rows: Floats
     epoch: float | None
     name: str
 
     def lines(self) -> Iterator[Floats]:
-        """Yield the lines between rows without a position."""
+        """Yield the lines: parts of the track without a missing position."""
         present = np.isfinite(self.rows[:, 1:3]).all(axis=1)
         for first, last in runs(np.asarray(present)):
             yield self.rows[first:last]
@@ -191,7 +192,7 @@ def _check_track(track: TrackLike, epoch: float | None, name: str | None) -> _Tr
 
 
 def _split_at_antimeridian(line: Floats) -> Iterator[Floats]:
-    """Yield the parts of a line on either side of the meridian of 180 deg, of two rows or more."""
+    """Yield the parts of a line on each side of the meridian of 180 deg, with two rows or more."""
     begin, first = line[:0], 0
     for last in np.flatnonzero(np.abs(np.diff(line[:, 2])) > 180.0).tolist():
         before, row = line[last], line[last + 1]
@@ -202,7 +203,7 @@ def _split_at_antimeridian(line: Floats) -> Iterator[Floats]:
         yield np.vstack((begin, line[first : last + 1], _with_longitude(meeting, side)))
         begin, first = _with_longitude(meeting, -side)[np.newaxis], last + 1
     part = np.concatenate((begin, line[first:]))
-    # A line of GeoJSON has two positions or more.
+    # A line in GeoJSON needs two positions.
     yield part if len(part) > 1 else np.repeat(part, 2, axis=0)
 
 
@@ -213,13 +214,13 @@ def _with_longitude(row: Floats, longitude: float) -> Floats:
 
 
 def _split_pieces(line: Floats) -> Iterator[Floats]:
-    """Yield a line in parts whose texts fit into memory and into one array of pyarrow."""
+    """Yield parts of a line that are small enough for memory and for one Arrow array."""
     for first in range(0, len(line), _PIECE_ROWS):
         yield line[first : first + _PIECE_ROWS]
 
 
 def _nest_json(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[str]:
-    """Yield the text of a JSON list of lists, one per line; a single line is one flat list.
+    """Yield the text of a JSON list with one list per line; a single line gives one flat list.
 
     `text` returns the text of some rows, with ", " before each row.
     """
@@ -243,7 +244,7 @@ def _json_times(rows: Floats, epoch: float) -> str:
 
 def _gpx_points(rows: Floats, epoch: float | None) -> str:
     time, latitude, longitude, height = rows.T
-    # GPX has no longitude of 180.
+    # GPX does not allow the longitude 180.
     east = np.where(longitude == 180.0, -180.0, longitude)
     columns: list[_Column | str] = [
         ('<trkpt lat="', latitude, '" lon="'),
@@ -256,7 +257,7 @@ def _gpx_points(rows: Floats, epoch: float | None) -> str:
 
 
 def _join_columns(*columns: _Column | str) -> str:
-    """Return the concatenated texts of all rows; NaN has no text."""
+    """Return the concatenated text of all rows. NaN gives no text."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
@@ -283,7 +284,7 @@ def _format_values(before: str, values: _Values, after: str) -> list[str]:
 
 
 def _format_arrow(before: str, values: _Values, after: str) -> Any:  # noqa: ANN401
-    """Return formatted values as an Arrow array; made from buffers, it needs no pandas."""
+    """Return the formatted values as an Arrow array. Buffers avoid the need for pandas."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -310,5 +311,5 @@ def _constant(text: str) -> Any:  # noqa: ANN401
 
 
 def _utc_dates(time: Floats, epoch: float) -> npt.NDArray[np.datetime64]:
-    """Return times in UTC, to the millisecond."""
+    """Return the times as text in UTC, to the millisecond."""
     return np.rint(1e3 * (time + epoch)).astype(np.int64).view("datetime64[ms]")

@@ -1,4 +1,4 @@
-"""Wheels as sensors with separate times: speeds, or counts of ticks."""
+"""Wheel sensors with their own times: speeds or tick counts."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats
 
 _COUNT_INTERVAL_S: Final = 0.1
-"""Seconds over which ticks are counted: over less they round the speed too much."""
+"""Interval over which ticks are counted, s; a shorter interval rounds the speed too much."""
 _MAX_INTERVAL_S: Final = 0.5
-"""Seconds above which the mean speed is not that of the middle."""
+"""Longest interval, s, at the middle of which the mean speed is valid."""
 _JUMP_FACTOR: Final = 10.0
-"""Times a speed that is hardly exceeded, beyond which a counter has jumped."""
+"""Factor on a high quantile of the speed, above which a counter has jumped."""
 _MIN_SPEED_M_S: Final = 3.0
 _MIN_COUNTS: Final = 20
-"""Least speed of the receiver, m/s, and counts at such speeds, for the length of a tick."""
+"""Conditions to estimate the tick length: receiver speed, m/s, and number of counts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,19 +35,19 @@ class Wheels:
     Parameters
     ----------
     time : array_like, shape (w,)
-        Middle of the interval of each mean speed, s, rising.
+        Middle of the interval of each mean speed, s, in rising order.
     speed : array_like, shape (w,)
         Forward speed, m/s; NaN if missing.
     sigma : float or array_like, shape (w,), optional
-        Standard deviation, m/s; by default the filter's ``speed_sigma``.
+        Standard deviation of the speeds, m/s. Default: the filter's ``speed_sigma``.
     tick : float, optional
-        Metres per tick, if the speeds were computed from ticks.
+        Length of a tick, m, if the speeds were computed from ticks.
 
     Raises
     ------
     ValueError
-        If shapes do not fit, times are not finite and rising, or a standard deviation is not
-        positive.
+        If the shapes do not fit, the times are not finite and rising, or a standard deviation is
+        not positive.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class Wheels:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        """Return the number of speeds, and the size of a tick."""
+        """Return the number of speeds, and the length of a tick."""
         ticks = "" if self.tick is None else f", of ticks of {self.tick:.4g} m"
         return f"Wheels({np.isfinite(self.speed).sum()} speeds{ticks})"
 
@@ -92,34 +92,34 @@ class Wheels:
         fixes: Fixes | None = None,
         sigma: float = 0.1,
     ) -> Wheels:
-        """Return speeds from counted ticks, ten per second.
+        """Return wheel speeds from tick counts, ten per second.
 
         Parameters
         ----------
         time : array_like, shape (n,)
-            Times of the counts, s, rising, on the clock of the sensors.
+            Times of the counts, s, in rising order, on the clock of the sensors.
         count : array_like, shape (n,)
-            Total number of ticks up to each time; NaN where none is reported.
+            Total number of ticks up to each time. NaN if no count is reported.
         tick : float, optional
-            Metres per tick. The filter can correct it by some per cent.
+            Length of a tick, m. The filter can correct it by a few percent.
         fixes : Fixes, optional
-            Fixes of the receiver. Their speed gives the metres per tick if `tick` is not given.
+            Fixes of the receiver. If `tick` is missing, their speed gives the length of a tick.
         sigma : float
-            Standard deviation of a speed without rounding to ticks, m/s.
+            Standard deviation of a speed, m/s, without the rounding to ticks.
 
         Returns
         -------
         Wheels
-            Speeds, with standard deviations that include rounding: the root of ``sigma**2 + (tick *
-            rate)**2 / 6``. A counter that jumps, or that is silent for half a second, gives no
-            speed.
+            Speeds with standard deviations. These include the rounding: they are the root of
+            ``sigma**2 + (tick * rate)**2 / 6``. There is no speed where the counter jumps, or is
+            silent for half a second.
 
         Raises
         ------
         ValueError
-            If an argument is not as described, or neither `tick` nor `fixes` is given.
+            If an argument does not fit its description, or `tick` and `fixes` are both missing.
         LogError
-            If the receiver does not determine the metres per tick.
+            If the receiver does not determine the length of a tick.
 
         Examples
         --------
@@ -152,11 +152,11 @@ class Wheels:
 
 
 def _tick_rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the middles of intervals, ticks per second in each, and the intervals' lengths, s."""
+    """Return the intervals' middles, s, their ticks per second, and their lengths, s."""
     if len(time) < 2:
         empty = np.empty(0)
         return empty, empty, empty
-    # Half an interval of a thousandth less, so that the tenth at 10 Hz is not the next.
+    # The 1e-3 of an interval keeps rounding from moving a 10 Hz sample to the next interval.
     steps = np.floor((time - time[0]) / _COUNT_INTERVAL_S + 1e-3)
     first = np.concatenate([[True], np.diff(steps) > 0.0])
     t, n = time[first], count[first]
@@ -171,7 +171,7 @@ def _tick_rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _learn_tick(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
-    """Return the metres per tick from the speed of a receiver."""
+    """Return the length of a tick, m, from the speed of a receiver."""
     assert fixes is not None
     epochs = Epochs.of(fixes)
     tick_lengths = np.empty(0)

@@ -1,4 +1,4 @@
-"""Motion from a receiver, and the means of the sensors over the same windows."""
+"""Motion of a receiver, and means of the sensors over the same windows."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from zerorate.types import Booleans, Floats, Integers
 
 GRAVITY_M_S2: Final = 9.81
 _WIDTH_S: Final = 1.0
-"""Seconds of a window."""
+"""Length of a window, s."""
 _GAP_WIDTHS: Final = 2.5
-"""Widths, or intervals, from which on two fixes leave a gap."""
+"""Length of a gap between fixes, in window lengths or fix intervals."""
 _MAX_TURN_SIGMA_RAD: Final = 0.35
-"""Standard deviation of a change of course, rad, from which on the course is not known."""
+"""Largest standard deviation of a change of course for a known course, rad."""
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:
-    """Return the horizontal standard deviation of each position, per axis, m."""
+    """Return the horizontal standard deviation of each position on each axis, m."""
     return _horizontal_sigma(fixes.position_sigma, DEFAULT_POSITION_SIGMA_M, len(fixes))
 
 
 def sigma_of_velocity(fixes: Fixes) -> Floats:
-    """Return the horizontal standard deviation of each velocity, per axis, m/s."""
+    """Return the horizontal standard deviation of each velocity on each axis, m/s."""
     return _horizontal_sigma(fixes.velocity_sigma, DEFAULT_VELOCITY_SIGMA_M_S, len(fixes))
 
 
@@ -42,18 +42,18 @@ def _horizontal_sigma(stated: Floats | None, default: float, n: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Epochs:
-    """Velocities of a receiver at m times, north, east, down, with their standard deviation.
+    """Velocities of a receiver at m times, with standard deviations.
 
     Parameters
     ----------
     time : ndarray, shape (m,)
-        s.
+        Times of the velocities, s.
     velocity : ndarray, shape (m, 3)
-        m/s; the vertical one NaN where it is not known.
+        Velocity north, east, down, m/s. The down component is NaN if unknown.
     sigma : ndarray, shape (m,)
-        Standard deviation of a horizontal velocity, m/s.
+        Standard deviation of the horizontal velocity on each axis, m/s.
     is_reported : bool
-        True if the receiver reports velocities; otherwise they are differences of positions.
+        True if the receiver reports velocities. False if they are differences of positions.
     """
 
     time: Floats
@@ -63,7 +63,7 @@ class Epochs:
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
-        """Return the reported velocities, or differences of positions if those are too few."""
+        """Return the reported velocities, or differences of positions if there are too few."""
         if fixes.velocity is not None:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):
@@ -73,7 +73,7 @@ class Epochs:
 
     @classmethod
     def between_positions(cls, fixes: Fixes) -> Epochs:
-        """Return velocities from differences of positions, at the middle of two fixes."""
+        """Return velocities from differences of positions, at the middle between two fixes."""
         there = np.isfinite(fixes.position[:, :2]).all(axis=1)
         position = fixes.position[there]
         height = np.isfinite(position[:, 2])
@@ -88,7 +88,7 @@ class Epochs:
 
     @property
     def interval(self) -> float:
-        """Usual interval between velocities, s."""
+        """Median interval between velocities, s."""
         return float(np.median(np.diff(self.time))) if len(self.time) > 1 else _WIDTH_S
 
     @property
@@ -97,27 +97,26 @@ class Epochs:
         return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
 
     def shifted(self, seconds: float) -> Epochs:
-        """Return the velocities with a number of seconds added to their times."""
+        """Return the velocities with `seconds` added to their times."""
         return Epochs(self.time + seconds, self.velocity, self.sigma, self.is_reported)
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Motion of a receiver over m windows that overlap by half.
+    """Motion of a receiver over m windows with half overlap.
 
     Parameters
     ----------
     start, stop : ndarray, shape (m,)
-        s.
+        Start and end of each window, s.
     course_rate, course_sigma : ndarray, shape (m,)
-        Rate of the course, rad/s to the right, and its standard deviation; NaN where it is not
-        known.
+        Rate of the course, rad/s to the right, and its standard deviation. NaN if unknown.
     along, across : ndarray, shape (m,)
-        Acceleration along the course and to the right of it, m/s^2.
+        Acceleration along the course, and acceleration to its right, m/s^2.
     climb : ndarray, shape (m,)
-        Slope of the road, 0 where it is not known.
+        Slope of the road. 0 if unknown.
     speed : ndarray, shape (m,)
-        m/s.
+        Horizontal speed, m/s.
     sigma : ndarray, shape (m,)
         Standard deviation of an acceleration, m/s^2.
     """
@@ -163,7 +162,7 @@ class Windows:
         )
 
     def select(self, mask: Booleans) -> Windows:
-        """Return some of the windows."""
+        """Return the windows selected by a mask."""
         return Windows(*(getattr(self, column.name)[mask] for column in fields(self)))
 
     @property
@@ -174,7 +173,7 @@ class Windows:
 
 
 def _pair_epochs(time: Floats, width: float, interval: float) -> tuple[Integers, Integers]:
-    """Return first and last epochs of the windows."""
+    """Return the first epoch and the last epoch of each window."""
     if len(time) < 2:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     grid = np.arange(time[0], time[-1], 0.5 * width)
@@ -197,7 +196,7 @@ class Means:
 
     @classmethod
     def of(cls, samples: Samples) -> Means:
-        """Return the means of a recording's samples."""
+        """Return the means for the samples of a recording."""
         values = np.concatenate((samples.gyro, samples.accel), axis=1)
         there = np.isfinite(values.sum(axis=1))
         values = np.where(there[:, np.newaxis], values, 0.0)
@@ -207,7 +206,7 @@ class Means:
         return cls(samples.time, integral, np.cumsum(~there).astype(np.float64))
 
     def between(self, start: Floats, stop: Floats) -> Floats:
-        """Return the means between pairs of times, shape (m, 6); NaN where samples are missing."""
+        """Return the means between pairs of times, shape (m, 6). NaN if samples are missing."""
         means = np.empty((len(start), 6))
         seconds = stop - start
         for i, column in enumerate(self.integral.T):
@@ -218,13 +217,13 @@ class Means:
         return means / seconds[:, np.newaxis]
 
     def about(self, axis: Floats) -> RotationAngle:
-        """Return the angle about an axis of the sensor."""
+        """Return the rotation angle about an axis of the sensor."""
         return RotationAngle(self.time, self.integral[:, :3] @ axis)
 
 
 @dataclass(frozen=True, eq=False)
 class RotationAngle:
-    """The angle about an axis since the first sample, rad."""
+    """Angle about an axis since the first sample, rad."""
 
     time: Floats
     angle: Floats

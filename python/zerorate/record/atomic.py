@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from zerorate.faults import keyword_argument, make_sentence
 def check_writable(
     path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
 ) -> None:
-    """Check that a file can be written, before the work on its content begins.
+    """Check that a file can be written, before its content is computed.
 
     Parameters
     ----------
@@ -33,8 +33,7 @@ def check_writable(
     FileExistsError
         If the file exists and ``force`` is false.
     FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
-        If the folder does not exist or is a file, if the path is a folder, or if writing is not
-        allowed.
+        If the folder does not exist or is a file, the path is a folder, or writing is not allowed.
     OSError
         If the path is a device or a pipe, which a file would replace.
 
@@ -64,7 +63,7 @@ def check_writable(
 
 @contextmanager
 def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[Path]:
-    """Yield a temporary path that becomes ``path`` on success and vanishes on any exception.
+    """Yield a temporary path; on success it becomes ``path``, on an exception it is removed.
 
     Parameters
     ----------
@@ -81,7 +80,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     Raises
     ------
     OSError
-        As `check_writable`, before the body runs.
+        Errors of `check_writable`, before the body runs.
 
     Examples
     --------
@@ -95,7 +94,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     'whole'
     """
     check_writable(path, force)
-    # A link stays: its target is replaced.
+    # Keep a link, and replace its target.
     target = Path(os.path.realpath(path))
     temporary = target.with_name(_temporary_name(target))
     _ACTIVE_NAMES.add(temporary.name)
@@ -106,7 +105,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
         os.replace(temporary, target)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
-        # An error of a write, such as a full disk, lacks the file's name.
+        # Errors of a write, such as a full disk, have no file name.
         if isinstance(error, OSError) and error.filename is None:
             error.filename = os.fspath(target.parent)
         raise
@@ -152,7 +151,7 @@ _ACTIVE_NAMES: Final[set[str]] = set()
 def _temporary_name(target: Path) -> str:
     """Return a temporary name that identifies its file, machine and process.
 
-    It is short ASCII for any file's name, since some libraries accept no other names.
+    It is short and ASCII, because some libraries accept no other names.
     """
     suffix = target.suffix if target.suffix.isascii() else ""
     process, chance = f"{os.getpid():x}", os.urandom(4).hex()
@@ -171,9 +170,9 @@ def _digest(text: str) -> str:
 
 @cache
 def _machine_id() -> str:
-    """Return an identifier of the machine, different for machines that share a folder.
+    """Return an identifier of the machine.
 
-    A process's number identifies it only within one machine.
+    Machines that share a folder may have processes with the same number.
     """
     try:
         numbers = os.readlink("/proc/self/ns/pid")
@@ -183,11 +182,10 @@ def _machine_id() -> str:
 
 
 def remove_leftovers(targets: Iterable[Path]) -> None:
-    """Remove unfinished files that killed runs of `atomic_path` left in these files' folders.
+    """Remove unfinished files of killed runs of `atomic_path` from these files' folders.
 
-    Removed are files of ended processes of this machine, and files of other machines for these same
-    paths, which nobody else may be writing. A file that cannot be removed stays, which does no
-    harm.
+    These are files of ended processes of this machine, and files of other machines for the same
+    paths. A file that cannot be removed stays.
     """
     folders: dict[Path, set[str]] = {}
     for target in targets:
@@ -203,7 +201,7 @@ def remove_leftovers(targets: Iterable[Path]) -> None:
 
 
 def _is_leftover(name: str, digests: set[str]) -> bool:
-    """Return True if a name is that of an abandoned temporary file."""
+    """Return True if a name belongs to an abandoned temporary file."""
     match = _TEMPORARY_PATTERN.fullmatch(name)
     if match is None or name in _ACTIVE_NAMES:
         return False
@@ -213,8 +211,8 @@ def _is_leftover(name: str, digests: set[str]) -> bool:
 
 
 def _is_running_elsewhere(process: int) -> bool:
-    """Return True if a process of this number exists and is not this one."""
-    # Windows has no such signal, and an open file cannot be removed there.
+    """Return True if a process with this number exists and is not this process."""
+    # Windows has no such signal, and cannot remove open files.
     if os.name != "posix" or process in (0, os.getpid()):
         return False
     try:

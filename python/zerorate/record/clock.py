@@ -1,4 +1,4 @@
-"""Report on a log's clock: deviations of its stamps from a uniform grid."""
+"""Report on the clock of a log: deviations of its stamps from a uniform grid."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Final
 from zerorate.numerals import shorten
 
 RATE_TOLERANCE: Final = 0.01
-"""Largest relative difference of a rate from the stated one, and of stamps from their grid."""
+"""Largest relative difference between two rates, and between stamps and their grid."""
 
 _SCALE_TOLERANCE: Final = 1e-3
-"""Relative error of a rate below which angles are unaffected: no gyro's scale is known better."""
+"""Relative error of a rate that does not matter for angles: gyro scales are less accurate."""
 
 
 @dataclass(frozen=True)
@@ -25,31 +25,31 @@ class ClockReport:
     stamped
         True if the file had timestamps.
     jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s; for arrival stamps their delay.
-    repeated, backward
-        Stamps equal to, and less than, the one before. Their rows are kept in file order.
-    gaps, missing_count
+        RMS and largest deviation of the stamps from that clock, s; for arrival stamps, the delay.
+    repeated_count, backward_count
+        Numbers of stamps equal to, and less than, the stamp before. Their rows stay in file order.
+    gap_count, missing_count
         Number of gaps, and number of NaN rows inserted there.
     longest_gap
         Longest step between two stamps at a gap, s.
-    bursts
+    burst_count
         Number of bursts in which samples arrived, for arrival stamps; else 0.
-    repeats
-        Number of rows left out because they repeat the one before: the sensor is slower than the
+    repeat_count
+        Number of rows left out because they repeat the row before: the sensor is slower than the
         log.
     wander
-        Largest distance of the uniform clock from the stamps, s, if these wander and are therefore
-        kept; else 0. The jitter is then relative to the wandering clock.
+        Largest difference between uniform clock and stamps, s, if the clock wanders; else 0. The
+        stamps are then kept, and the jitter is relative to the wandering clock.
     slowest, fastest
         Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
     step_rms
-        Standard deviation of the steps between stamps, s, without missing samples and repeated
-        stamps.
+        Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
+        excluded.
     late_count
-        Number of steps above 1.5 periods at which no sample is missing.
+        Number of steps above 1.5 periods without a missing sample.
     restart_count
-        Number of backward steps of more than a second: the clock restarted. Its time off is
-        unknown, so 10 s count as missing there, or the log's length if shorter.
+        Number of backward steps over 1 s: the clock restarted. The length of the pause is unknown,
+        so 10 s count as missing, or the log's length if shorter.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class ClockReport:
 
     @property
     def as_stated(self) -> bool:
-        """True if the rate is the stated one, and nothing contradicts it."""
+        """True if the rate is the stated rate, and no stamps contradict it."""
         return not self.stamped and not self._faults()
 
     def summary(self) -> str:
@@ -137,7 +137,7 @@ class ClockReport:
 
 
 def count_noun(count: int, noun: str) -> str:
-    """Return a count with its noun, in the plural unless it is one."""
+    """Return a count with its noun, in the plural unless the count is 1."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 

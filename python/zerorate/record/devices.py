@@ -1,4 +1,4 @@
-"""Devices of logs by their names in the source, and the choice of one device."""
+"""Devices of logs, by their names in the source, and choice of a device."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _NUMBER: Final = re.compile(r"[_ ]?\d+$")
 
 
 def device_of(log: Log) -> str:
-    """Return the name of a log's device in its source, empty without one.
+    """Return the name of a log's device in its source; empty without a name.
 
-    The name is a word of the columns' names (``imu2`` of ``imu2_gyro_x``), else the topic.
+    The name is a word of the columns' names (``imu2`` of ``imu2_gyro_x``), or else the topic.
     """
     return str(log.meta.get(DEVICE) or log.meta.get("sensor") or "")
 
@@ -29,7 +29,7 @@ def device_of(log: Log) -> str:
 def sensor_labels(recording: Recording) -> dict[str, str]:
     """Return the label of each log of a recording.
 
-    The label is device and kind, ``"imu2 gyro"``, if there are several of the kind.
+    The label has device and kind, ``"imu2 gyro"``, if there are several logs of this kind.
 
     Examples
     --------
@@ -59,8 +59,8 @@ def _kind_of(name: str) -> str:
 def rival_devices(recording: Recording) -> tuple[str, ...]:
     """Return the names of the devices to choose from; empty for a single device.
 
-    Further instances of the first topic count. Other topics of an autopilot, such as
-    ``vehicle_imu`` next to ``sensor_combined``, do not: they have the same sensors.
+    Further instances of the first topic are devices. Other topics of an autopilot are not, because
+    they have the same sensors: for example ``vehicle_imu`` next to ``sensor_combined``.
     """
     logs = recording.of_kind("gyro")
     if len(logs) < 2:
@@ -91,12 +91,12 @@ def select_device(recording: Recording, sensor: str) -> Recording:
     recording : Recording
         Logs of several devices.
     sensor : str
-        Name of a device, as `device_of` returns it, or of a log: ``"gyro_1"``.
+        Name of a device, as from `device_of`, or name of a log: ``"gyro_1"``.
 
     Raises
     ------
     LogError
-        If there is no device of that name.
+        If no device or log has this name.
     """
     wanted = _plain(sensor)
     names = [
@@ -126,7 +126,7 @@ def missing_device(sensor: str, known: Iterable[str]) -> LogError:
 
 
 def several_devices(names: Iterable[str]) -> LogError:
-    """Return the error for a task of one device that gets several."""
+    """Return the error for several devices in a task for one device."""
     listed = list(dict.fromkeys(names))
     return LogError(
         make_sentence(

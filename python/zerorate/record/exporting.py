@@ -1,4 +1,4 @@
-"""Shared docstrings of functions that write a text to a file if one is given, or read it."""
+"""Common parts of docstrings of functions that export to a text or read it."""
 
 import inspect
 import re
@@ -31,12 +31,11 @@ def document_export(
     Parameters
     ----------
     suffix : str
-        Usual suffix of files of this kind, if any.
+        Usual suffix of these files, if any.
     returned, faults : str
-        Sentences on the returned text and on errors that several functions share: last lines of
-        these sections.
+        Common sentences on the returned text and on errors; they end these sections.
     options : str
-        Entries of options that several functions share, before ``force``.
+        Common entries of options, placed before ``force``.
     """
     path = _PATH_DOC.format(f", usually ``{suffix}``" if suffix else "")
 
@@ -51,14 +50,14 @@ def document_export(
 
 
 def document_restore(function: _Documented) -> _Documented:
-    """Add the common sentences on reading a ``to_json`` text to a docstring."""
+    """Add the common sentences on reading a text from ``to_json`` to a docstring."""
     return _join_sections(
         function, {**_split_sections(function), "Parameters": _SOURCE_DOC, "Raises": _RAISES_DOC}
     )
 
 
 def _split_sections(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the sections of a docstring by their heads, and the text before them."""
+    """Return the sections of a docstring by heading, with the text before them."""
     first, *rest = _SECTION_HEAD.split(inspect.cleandoc(function.__doc__ or ""))
     return {"": first, **dict(zip(rest[::2], rest[1::2], strict=True))}
 

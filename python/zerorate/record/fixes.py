@@ -23,24 +23,24 @@ class Fixes:
     Parameters
     ----------
     time : array_like, shape (n,)
-        Seconds, each later than the one before.
+        Times of the fixes, s, increasing.
     position : array_like, shape (n, 3)
         Latitude and longitude, deg, and height above the ellipsoid, m; the height may be NaN.
     velocity : array_like, shape (n, 3), optional
-        North, east and down, m/s; NaN where it is not known.
+        Velocities north, east and down, m/s; NaN where unknown.
     position_sigma : array_like, shape (n, 3), optional
-        Standard deviations north, east and down, m; NaN where they are not known.
+        Standard deviations north, east and down, m; NaN where unknown.
     velocity_sigma : array_like, shape (n, 3), optional
         Standard deviations of the velocity, m/s.
     quality : array_like of int, shape (n,), optional
-        Fix type, as the receiver's number: RTKLIB has 1 for fixed, 2 float, 5 single; NMEA 4 for
-        fixed, 5 float, 2 differential, 1 single. -1 where it is not reported.
+        Fix type by the receiver's number; -1 where unknown. RTKLIB: 1 fixed, 2 float, 5 single.
+        NMEA: 4 fixed, 5 float, 2 differential, 1 single.
     satellites : array_like of int, shape (n,), optional
         Number of satellites used.
     velocity_time : array_like, shape (n,), optional
-        Times of the velocities, s, where they differ from `time`.
+        Times of the velocities, s, if they differ from `time`.
     epoch : float, optional
-        Unix time, UTC, at which `time` is zero; None where it is not known.
+        Unix time (UTC) at which `time` is zero, s; None if unknown.
     source : str
         Name of the source in messages.
     notes : tuple of str
@@ -49,8 +49,8 @@ class Fixes:
     Raises
     ------
     ValueError
-        If a shape is wrong, a time or position is missing or impossible, times do not rise,
-        a standard deviation is not positive, or quality and satellites are no whole numbers.
+        If a shape is wrong, a time or position is missing or impossible, or times do not increase.
+        Also if a standard deviation is not positive, or quality or satellites are not integers.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Fixes:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check all arrays, and keep them as such."""
+        """Convert all fields to arrays and check them."""
         time = _check_numbers("time", self.time, ())
         object.__setattr__(self, "time", time)
         if not np.isfinite(time).all() or not (np.diff(time) > 0.0).all():
@@ -113,12 +113,12 @@ class Fixes:
         return f"Fixes({len(self)} in {span:.6g} s, {', '.join(contents)})"
 
     def between(self, start: float = -math.inf, stop: float = math.inf) -> Self:
-        """Return the fixes from the time `start` to before the time `stop`, s."""
+        """Return the fixes with times from `start` to before `stop`, s."""
         first, last = np.searchsorted(self.time, [start, stop])
         return self.chosen(slice(int(first), max(int(first), int(last))))
 
     def chosen(self, which: slice | npt.NDArray[np.bool_] | Integers) -> Self:
-        """Return a selection of the fixes, by a slice, a mask or rising indices."""
+        """Return a selection of the fixes, by a slice, a mask or increasing indices."""
         arrays: dict[str, Any] = {
             name: None if array is None else array[which] for name, array in self.as_dict().items()
         }
@@ -131,7 +131,7 @@ class Fixes:
         return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
 
     def poses(self, origin: npt.ArrayLike) -> Poses:
-        """Return the positions in metres east, north and up of an origin (deg, deg, m)."""
+        """Return the positions in metres east, north and up from an origin (deg, deg, m)."""
         known = np.isfinite(self.position).all(axis=1)
         ned = local_ned(self.position[known], floats(origin, "origin"))
         unknown = np.full((len(ned), 4), np.nan)
@@ -139,7 +139,7 @@ class Fixes:
         return Poses(self.time[known], enu, unknown, self.source)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
-        """Return the arrays by name, None for unknown ones."""
+        """Return the arrays by name; None for unknown quantities."""
         scalar_fields = ("epoch", "source", "notes")
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in scalar_fields}
 

@@ -55,7 +55,7 @@ class LogError(ValueError):
 
 
 def check_rate(rate: object) -> float:
-    """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
+    """Return the rate in Hz as a float; ValueError if it is not positive and finite."""
     try:
         value = float(rate) if isinstance(rate, Real) and not isinstance(rate, bool) else math.nan
     except OverflowError:
@@ -81,20 +81,19 @@ class Log(OneArray, Shown):
         Shape (n,) or (n, k), in ``unit``; NaN marks a missing sample. Kept as C-contiguous
         float64 of shape (n, k).
     names
-        One name a channel, all different.
+        Names of the channels, all different.
     unit
-        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where it is unknown. Or one a
-        channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"`` and others; ``"unit"`` if unknown. A list gives one
+        unit per channel: ``("deg", "deg", "m")`` becomes ``"deg, deg, m"``.
     meta
-        Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a
-        `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
+        Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a `ClockReport`),
+        ``notes`` (a tuple of sentences) and, if given, ``sensor``.
     stamps
-        Time of each sample, s, shape (n,), if the clock wanders so that ``time`` is wrong; else
-        None. Integration and alignment with another clock use `sampled`.
+        Time of each sample, s, shape (n,), if the clock wanders and ``time`` is wrong; else None.
+        Use `sampled` for integration and for alignment with another clock.
     extra
-        Further columns by name, numbers or flags of shape (n,), with the unit in the name:
-        ``bias_sigma_gyro_z_dps``. They are saved with the channels but are no data of the sensor:
-        filters ignore them.
+        Further columns by name: numbers or flags of shape (n,), with the unit in the name
+        (``bias_sigma_gyro_z_dps``). They are saved with the channels; filters ignore them.
 
     Raises
     ------
@@ -123,7 +122,7 @@ class Log(OneArray, Shown):
     _array_field: ClassVar[str] = "data"
 
     def __post_init__(self) -> None:
-        """Bring the fields to their types and check that they agree."""
+        """Convert the fields to their types and check their shapes."""
         object.__setattr__(self, "rate", check_rate(self.rate))
         object.__setattr__(self, "data", _to_channels(self.data))
         object.__setattr__(self, "names", _check_channel_names(self.names, self.channels))
@@ -204,7 +203,7 @@ class Log(OneArray, Shown):
     def with_data(self, data: npt.ArrayLike) -> Log:
         """Return this log with other values of the same shape, such as a filter's output.
 
-        All else stays, the extra columns too.
+        Stamps, extra columns and all other fields stay.
 
         Parameters
         ----------
@@ -214,7 +213,7 @@ class Log(OneArray, Shown):
         Raises
         ------
         LogError
-            If the shape is not that of the log.
+            If the shape differs from the log's.
         """
         values = _to_channels(data)
         if values.shape != self.data.shape:
@@ -382,10 +381,9 @@ class Header:
 
 
 def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
-    """Return the sentences on a log: on its clock unless that is regular, and on assumptions.
+    """Return the sentences on a log: on a clock with faults, and on assumptions.
 
-    If ``evenly_spaced``, the task assumes evenly spaced samples; a note says so for a clock that
-    wanders.
+    With ``evenly_spaced``, a note warns that the task ignores the wander of a clock.
     """
     clock = log.meta.get("clock")
     clock_notes = [] if clock is None or clock.regular or clock.as_stated else [clock.summary()]

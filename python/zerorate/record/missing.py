@@ -21,19 +21,19 @@ _MISSING: Final[dict[str, Any]] = {
 
 
 def floats(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
-    """Return real numbers as float64, NaN for missing ones; errors as in `real_numbers`."""
+    """Return real numbers as float64 with NaN for missing values; errors as in `real_numbers`."""
     return np.asarray(real_numbers(values, name), dtype=np.float64)
 
 
 def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
-    """Return an array of real numbers in their own type, NaN for missing ones.
+    """Return an array of real numbers in their own type, with NaN for missing values.
 
     Raises
     ------
     TypeError
-        If it has anything else.
+        If a value is no real number.
     ValueError
-        If it is ragged, or has a whole number beyond the range of doubles.
+        If the rows differ in length, or an integer exceeds the range of doubles.
     """
     try:
         array = without_masks(values)
@@ -47,13 +47,13 @@ def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return an array with NaN or NaT for masked values, None and NA of pandas.
 
-    An array without these, or of other objects, is returned unchanged. A table of one column
-    becomes that column.
+    Arrays without missing values and arrays of other objects are returned unchanged. A table of one
+    column becomes an array of this column.
 
     Raises
     ------
     OverflowError
-        If an object is a whole number beyond the range of doubles.
+        If an object is an integer beyond the range of doubles.
     """
     array = np.asanyarray(values)
     if array.shape[1:] == (1,) and is_table(values):
@@ -66,13 +66,13 @@ def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
 
 
 def is_table(values: object) -> bool:
-    """Return True if samples have named columns: a log, a data frame, a table of Arrow."""
+    """Return True if samples have named columns, as in a log, a data frame or an Arrow table."""
     return hasattr(values, "columns") or hasattr(values, "with_data")
 
 
 def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if array.size and all(isinstance(value, (int, np.integer)) for value in array.flat):
-        # Today's date in nanoseconds does not fit a double.
+        # A date in nanoseconds is too large for an exact double.
         whole = np.array(array.tolist())
         if whole.dtype.kind in "iu":
             return whole

@@ -16,7 +16,7 @@ _ORTHOGONALITY_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """Mounting of sensors as a file states it; None for what it does not state.
+    """Mounting of sensors as stated in a file; None for values that are not stated.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Mounting:
     antenna : ndarray, shape (3,), or None
         Vector from the sensor to the antenna, body axes, m.
     time_offset : float, or None
-        Offset to add to the times of the fixes, s, as for ``NavigationFilter.process``.
+        Offset to add to the times of the fixes, s, as in ``NavigationFilter.process``.
 
     Examples
     --------
@@ -41,7 +41,7 @@ class Mounting:
 
     @property
     def has_content(self) -> bool:
-        """True if the file states any part of it."""
+        """True if the file states at least one value."""
         parts = (self.body_from_sensor, self.antenna, self.time_offset)
         return any(part is not None for part in parts)
 
@@ -52,15 +52,15 @@ def body_axes(recording: Recording, body_from_sensor: RotationLike) -> Recording
     Parameters
     ----------
     recording : Recording
-        Recording whose gyros, accelerometers and magnetometers are rotated; others stay. The
-        result's ``mounting`` no longer has a rotation.
+        Recording. Its gyros, accelerometers and magnetometers are rotated; other logs stay. The
+        ``mounting`` of the result has no rotation.
     body_from_sensor : array_like, shape (3, 3), or scipy Rotation
-        Rotation matrix that turns a vector in sensor axes into body axes.
+        Rotation from sensor axes to body axes.
 
     Raises
     ------
     ValueError
-        If it is not a rotation, for example with a mirrored axis.
+        If the matrix is no rotation, for example if it mirrors an axis.
 
     Examples
     --------

@@ -24,16 +24,16 @@ _ARGUMENT_UNITS: Final[Mapping[str, Mapping[str, str]]] = {
     "PositionFilter": {"position": "m", "speed": "m/s"},
     "TemperatureFilter": {"temperature": "degC"},
 }
-"""Units of arguments of compiled classes; other classes have a ``gyro_unit``."""
+"""Units of arguments of compiled classes; all other classes have a ``gyro_unit``."""
 
 
 def rate_of(rate: float | None, *records: object) -> float:
-    """Return the rate of samples in Hz: the stated one, else that of the first log.
+    """Return the rate of samples, Hz: the stated rate, else the rate of the first log.
 
     Raises
     ------
     ValueError
-        If there is neither, it is not positive and finite, or a log's rate differs by over 1 %.
+        If there is no rate, it is not positive and finite, or a log's rate differs by over 1 %.
     """
     logs = [record for record in records if isinstance(record, Log)]
     if rate is None and not logs:
@@ -46,12 +46,12 @@ def rate_of(rate: float | None, *records: object) -> float:
 
 
 def unit_of(unit: str | None, record: object) -> str | None:
-    """Return the unit of samples: the stated one, else that of the log or in the columns' names.
+    """Return the unit of samples as stated, else by the log or the columns' names.
 
     Raises
     ------
     ValueError
-        If the samples have a unit other than the stated one.
+        If the samples have another unit than stated.
     """
     own_unit = _stated_unit(record)
     if unit is None or unit == UNKNOWN_UNIT:
@@ -62,7 +62,7 @@ def unit_of(unit: str | None, record: object) -> str | None:
 
 
 def names_of(record: object) -> tuple[str, ...] | None:
-    """Return the names of channels, None for samples without names."""
+    """Return the names of the channels; None for samples without names."""
     if isinstance(record, Log):
         return record.names
     if is_table(record):
@@ -77,21 +77,21 @@ def names_of(record: object) -> tuple[str, ...] | None:
 
 
 def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
-    """Return real numbers in their own type, as `real_numbers`; for a table always (n, k)."""
+    """Return real numbers in their own type, as `real_numbers`; a table becomes an array (n, k)."""
     array = real_numbers(record, name)
     return array[:, np.newaxis] if is_table(record) and array.ndim == 1 else array
 
 
 def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
-    """Return samples in a unit, converted from another unit if they state one.
+    """Return samples in a unit, converted from the unit that they state, if any.
 
     Raises
     ------
     ValueError
-        If the record is a log of unknown unit, or its unit cannot be converted.
+        If the record is a log with an unknown unit, or its unit cannot be converted.
     """
     array, own_unit = floats(record, name), _stated_unit(record)
-    # Only for quantities with several units; temperatures are in degrees Celsius.
+    # Only quantities with several units are converted; temperatures are always in deg C.
     if own_unit is None and isinstance(record, Log) and unit in UNITS:
         raise ArgumentError(
             name,
@@ -107,15 +107,15 @@ def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
 
 
 def for_stream(owner: object, names: Sequence[str], values: Sequence[Any]) -> list[Any]:
-    """Return arguments of a compiled object, named samples converted to arrays in its units.
+    """Return arguments of a compiled object, with named samples as arrays in the object's units.
 
-    Missing times between samples are filled in from the log.
+    The log provides the times between samples if they are missing.
 
     Raises
     ------
     ValueError
-        If a log's rate differs from the object's, its unit cannot be converted, or its clock
-        differs from the first log's.
+        If a log has another rate than the object or another clock than the first log. Also if its
+        unit cannot be converted.
     """
     logs = {name: one for name, one in zip(names, values, strict=True) if isinstance(one, Log)}
     rate = getattr(owner, "rate", None)
@@ -152,12 +152,12 @@ def _check_clocks(kind: str, rate: float, logs: Mapping[str, Log]) -> None:
 
 
 def _max_clock_difference(log: Log, other: Log) -> float:
-    """Return the largest distance between the times of two logs of one length, in samples."""
+    """Return the largest difference between the times of two logs of equal length, in samples."""
     return float(np.abs(log.sampled - other.sampled).max()) * other.rate
 
 
 def _stated_unit(record: object) -> str | None:
-    """Return the unit stated by samples, None without one."""
+    """Return the unit stated by samples; None if they state none."""
     if isinstance(record, Log):
         return None if record.unit == UNKNOWN_UNIT else record.unit
     units = {split_unit(name)[1] for name in names_of(record) or ()}

@@ -1,4 +1,4 @@
-"""Names of columns: their units and their sensors."""
+"""Columns' names: their sensors and units."""
 
 from __future__ import annotations
 
@@ -101,10 +101,10 @@ def is_unit(text: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Split a column's name into the name without unit, and the unit (None without one).
+    """Split a column's name into the name without unit, and the unit; None without a unit.
 
-    The unit stands at the end, after an underscore or blank or in brackets:
-    ``gyro_x_dps``, ``wx [rad s^-1]``.
+    The unit is at the end, after an underscore or blank or in brackets: ``gyro_x_dps``, ``wx [rad
+    s^-1]``.
     """
     bracket = _BRACKETED_UNIT.match(name.strip())
     if bracket and bracket[2].lower() in _NAME_UNIT_BY_SPELLING:
@@ -129,7 +129,7 @@ def _split_foreign_unit(name: str) -> tuple[str, ForeignUnit | None]:
 
 
 def foreign_unit(names: Sequence[str]) -> ForeignUnit | None:
-    """Return the unit in columns' names, if it is one converted on reading."""
+    """Return the unit in columns' names if reading converts it; else None."""
     return next(
         (foreign for _, foreign in map(_split_foreign_unit, names) if foreign is not None), None
     )
@@ -151,14 +151,14 @@ def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) 
 
 
 def add_unit_suffix(name: str, unit: str) -> str:
-    """Return the name with the unit's suffix, unless it has one or the unit has no suffix."""
+    """Return the name with the unit's suffix; unchanged with a suffix, or if the unit has none."""
     if unit not in UNIT_SUFFIXES or split_unit(name)[1] is not None:
         return name
     return f"{name}_{UNIT_SUFFIXES[unit]}"
 
 
 def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> str:
-    """Return the common unit of columns: their suffix, else the stated one, else the file's.
+    """Return the common unit of columns: from their suffix, else as stated, else from the file.
 
     Raises
     ------
@@ -221,7 +221,7 @@ def looks_like_sensor(name: str) -> bool:
 
 
 def _kind_of_imu(stem: str, unit: str | None) -> str | None:
-    """Return the kind of an inertial sensor, from the unit if a name has no sensor."""
+    """Return the kind of an inertial sensor by the name, else by the unit."""
     kind = parse_name(stem).kind
     return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 
@@ -351,17 +351,17 @@ _SENSOR_KINDS: Final = {
     ),
 }
 _HEADING = re.compile(r"^(compass|((compass|mag|magnetic|antenna|dual|gnss|gps)_)?(heading|hdg))$")
-"""Names of a heading, if they carry the unit of an angle."""
+"""Names of a heading; they count only if the column has a unit of angles."""
 _SIGMA_PREFIX = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 
 @lru_cache(maxsize=4096)
 def meaning_of(name: str) -> Meaning | None:
-    """Return the meaning of a column's name, None for an unknown sensor.
+    """Return the meaning of a column's name; None for an unknown sensor.
 
     The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position``,
-    ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``, and
-    ``velocity_sigma`` and ``position_sigma`` for standard deviations.
+    ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``. Standard
+    deviations have the kinds ``velocity_sigma`` and ``position_sigma``.
     """
     stem, unit = _split_unit_of_kind(name, _ANGLE_UNITS)
     if unit in ("deg", "rad") and _HEADING.match(to_snake_case(stem)):
@@ -388,7 +388,7 @@ def meaning_of(name: str) -> Meaning | None:
 
 
 def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | None]:
-    """Return name and unit as `split_unit`, including the units of one kind of sensor."""
+    """Return name and unit like `split_unit`, with additional units of one kind of sensor."""
     bracket = _BRACKETED_UNIT.match(name.strip())
     if bracket and bracket[2].lower() in units:
         return bracket[1], units[bracket[2].lower()]
@@ -404,7 +404,7 @@ def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | No
 
 
 def _strip_axis(stem: str, axes: re.Pattern[str] | None) -> str:
-    """Return a name without its axis letter, or without its number if it has none."""
+    """Return a name without its axis letter; if it has none, without its number."""
     if axes is None:
         return stem
     bare = axes.sub("", stem)

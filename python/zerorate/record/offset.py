@@ -1,4 +1,4 @@
-"""Offset to add to the times of fixes to convert them to the sensors' clock."""
+"""Offset between the clocks of fixes and sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from zerorate.record.fixes import Fixes
 from zerorate.views import Result
 
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Least offset that is reported, in standard deviations."""
+"""Smallest offset that is reported, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -21,28 +21,28 @@ class TimeOffset(Result):
     Parameters
     ----------
     seconds : float
-        Offset to add to the times of the fixes, for their positions; NaN if it is not identifiable.
+        Offset to add to the times of positions, s; NaN if it is not identifiable.
     sigma : float
-        Its standard deviation, s; infinite if it is not identifiable.
+        Standard deviation of `seconds`, s; infinite if not identifiable.
     velocity_seconds : float
-        Offset to add to the times of their velocities, which a receiver may filter separately; NaN
-        if it equals that of the positions.
+        Offset to add to the times of velocities, s; NaN if it equals `seconds`. Receivers may
+        filter velocities separately.
     velocity_sigma : float
-        Its standard deviation, s.
+        Standard deviation of `velocity_seconds`, s.
     rate : float
         Growth of the offset, s per s.
     rate_sigma : float
-        Its standard deviation.
+        Standard deviation of `rate`, s per s.
     middle : float
-        Time of a fix for which the offsets hold, s.
+        Time of a fix at which the offsets are valid, s.
     nis : float
-        Mean normalised innovation squared of a scalar with this offset, 1 if the model is right;
-        NaN if not known.
+        Mean normalised innovation squared per scalar with this offset, 1 if the model is right; NaN
+        if unknown.
     antenna : tuple of float or None
-        Vector from the sensors to the antenna, m forward, right, down, estimated with the clock;
-        None if it was not estimated.
+        Vector from the sensors to the antenna, m forward, right, down, estimated together with the
+        offset; None if not estimated.
     antenna_sigma : tuple of float or None
-        Its standard deviations, m.
+        Standard deviations of `antenna`, m.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class TimeOffset(Result):
         Raises
         ------
         ValueError
-            If it is not a finite number.
+            If the number is not finite.
         """
         offset = value if isinstance(value, TimeOffset) else cls(float(value), 0.0)
         if not math.isfinite(offset.seconds):
@@ -81,12 +81,12 @@ class TimeOffset(Result):
 
     @property
     def identifiable(self) -> bool:
-        """True if the record determines the offset; the vehicle must change its velocity."""
+        """True if the record determines the offset. The vehicle must change its velocity."""
         return math.isfinite(self.sigma)
 
     @property
     def parts(self) -> tuple[tuple[str, float, float], ...]:
-        """Names, values and standard deviations of all reported numbers."""
+        """Names, values and standard deviations of the reported numbers."""
         rows = [("time offset, s", self.seconds, self.sigma)]
         if math.isfinite(self.velocity_seconds):
             rows.append(("of velocities, s", self.velocity_seconds, self.velocity_sigma))
@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Return True if the offset certainly differs from a stated one, by at least `seconds`."""
+        """Return True if the difference is significant and at least `min_difference`."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

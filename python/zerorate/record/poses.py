@@ -1,4 +1,4 @@
-"""Poses over time: of a camera, a motion capture or a track."""
+"""Poses over time, of a camera, a motion capture system or a track."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class Poses(Oriented):
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s, increasing.
+        Times of the poses, s, increasing.
     position : ndarray, shape (n, 3)
         Position in the axes of the earth, m.
     quaternion : ndarray, shape (n, 4), or scipy Rotation of length n
-        Orientations w, x, y, z, from the body to the earth, of length 1; NaN where not known.
+        Orientations w, x, y, z of length 1, from body to earth; NaN where unknown.
     source : str
         Source of the poses.
 
     Raises
     ------
     ValueError
-        If shapes disagree, there is no pose, or the time does not increase.
+        If shapes disagree, there is no pose, or times do not increase.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Poses(Oriented):
     source: str = "the poses"
 
     def __post_init__(self) -> None:
-        """Bring the arrays to their types, and check that they agree."""
+        """Convert the arrays to their types and check their shapes."""
         object.__setattr__(self, "quaternion", as_quaternions(self.quaternion))
         shapes = {"time": (), "position": (3,), "quaternion": (4,)}
         for name in shapes:
@@ -68,24 +68,24 @@ class Poses(Oriented):
         return len(self.time)
 
     def __repr__(self) -> str:
-        """Return the number of poses, and their span."""
+        """Return the number of poses and their time span."""
         first, last = self.time[[0, -1]]
         return f"Poses({len(self)} from {first:.3f} to {last:.3f} s)"
 
     def at(self, times: Floats, max_gap: float = 0.5) -> Poses:
-        """Return poses at other times, by linear and spherical interpolation.
+        """Return the poses at other times, by linear and spherical interpolation.
 
         Parameters
         ----------
         times : ndarray, shape (m,)
-            s, increasing, on the same clock.
+            Times on the same clock, s, increasing.
         max_gap : float
-            Largest interval between two poses that is interpolated, s; default 0.5.
+            Longest interval between two poses to interpolate, s; default 0.5.
 
         Returns
         -------
         Poses
-            The poses, NaN in longer intervals.
+            Poses at `times`; NaN in longer intervals.
         """
         after = np.clip(np.searchsorted(self.time, times), 1, max(len(self) - 1, 1))
         if len(self) == 1:
@@ -103,13 +103,13 @@ class Poses(Oriented):
 
     @document_export()
     def to_tum(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
-        """Return the poses as TUM text, as evo reads it: one line ``time x y z qx qy qz qw`` each.
+        """Return the poses as TUM text for evo, one line ``time x y z qx qy qz qw`` per pose.
 
         Returns
         -------
         str
-            The text, with times to a microsecond and positions in m. Unknown positions are 0; poses
-            without an orientation are left out.
+            Text with times to a microsecond and positions in m. Unknown positions are 0. Poses
+            without an orientation are omitted.
 
         Examples
         --------

@@ -21,15 +21,16 @@ class Recording(Mapping[str, Log]):
     Parameters
     ----------
     logs
-        ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
-        others; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
+        Logs by name: ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``,
+        ``"position"`` and others. Further logs of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
     source
-        Description of the source, for messages only.
+        Description of the source, used only in messages.
     notes
-        Sentences on assumptions about the recording; those on one log are in its ``meta["notes"]``.
+        Sentences on assumptions about the recording. Sentences on a log are in its
+        ``meta["notes"]``.
     supplement
         Further contents of the source, read at first access: `fixes`, `mounting`, `device`,
-        `tables`. ``replace(recording, logs=...)`` keeps it.
+        `tables`. ``replace(recording, logs=...)`` keeps them.
 
     Examples
     --------
@@ -47,7 +48,7 @@ class Recording(Mapping[str, Log]):
     supplement: Supplement = field(default_factory=Supplement, kw_only=True)
 
     def __getitem__(self, name: str) -> Log:
-        """Return a log by its name; KeyError that lists the names if there is none."""
+        """Return a log by its name; a KeyError lists the existing names."""
         try:
             return self.logs[name]
         except KeyError:
@@ -74,70 +75,70 @@ class Recording(Mapping[str, Log]):
 
     @property
     def gyro(self) -> Log | None:
-        """Angular rate of the first gyro."""
+        """First gyro, angular rates; None without a gyro."""
         return self.logs.get("gyro")
 
     @property
     def accel(self) -> Log | None:
-        """Specific force of the first accelerometer."""
+        """First accelerometer, specific forces; None without an accelerometer."""
         return self.logs.get("accel")
 
     @property
     def mag(self) -> Log | None:
-        """Field of the first magnetometer."""
+        """First magnetometer, magnetic field; None without a magnetometer."""
         return self.logs.get("mag")
 
     @property
     def temperature(self) -> Log | None:
-        """The first temperature."""
+        """First temperature; None without a temperature."""
         return self.logs.get("temperature")
 
     @property
     def reference(self) -> Log | None:
-        """The first reference: an angle, rate or orientation from another instrument."""
+        """First reference: angle, rate or orientation from another instrument."""
         return self.logs.get("reference")
 
     @property
     def position(self) -> Log | None:
-        """Position, for instance of a GNSS receiver; channels may differ in unit."""
+        """First position, for example of a GNSS receiver; its channels can differ in unit."""
         return self.logs.get("position")
 
     @property
     def fixes(self) -> Fixes | None:
-        """Fixes of the receiver in the source, None without one; read at first access.
+        """Fixes of the receiver in the source, read at first access; None without fixes.
 
-        They are what `zerorate.read_fixes` returns for the whole source. LogError if positions in
-        the source are not fixes, OSError if it can no longer be read.
+        `zerorate.read_fixes` returns the same for the whole source. Raises LogError if positions in
+        the source are no fixes, OSError if the file can no longer be read.
         """
         return self.supplement.fixes
 
     @property
     def mounting(self) -> Mounting | None:
-        """Mounting of the sensors from the source's metadata, None if they lack it.
+        """Mounting of the sensors from the source's metadata; None if not stated.
 
-        LogError if the metadata cannot be read. `body_axes` applies its rotation.
+        Raises LogError if the metadata cannot be read. `body_axes` applies the rotation.
         """
         return self.supplement.mounting
 
     @property
     def device(self) -> str | None:
-        """Number of the device that wrote the source, None if the source has none."""
+        """Serial number of the device that wrote the source; None if the source has none."""
         return self.supplement.read_device()
 
     def tables(self, *prefixes: str) -> Tables:
-        """Return name and columns of the source's tables whose names begin so, one by one.
+        """Return name and columns of the source's tables with names that begin with a prefix.
 
-        A file is opened again for them. LogError or OSError if that cannot be done.
+        The file is opened again. Raises LogError or OSError if that fails.
         """
         return self.supplement.read_tables(prefixes)
 
     def of_kind(self, kind: str) -> tuple[Log, ...]:
-        """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""
+        """Return all logs of a kind, for example ``"gyro"``, in the order of the source."""
         names = (name for name in self if name.rpartition("_")[2].isdigit() or name == kind)
         return tuple(self[n] for n in names if n == kind or n.rpartition("_")[0] == kind)
 
 
 def notes_on(recording: Recording) -> tuple[str, ...]:
-    """Return the sentences on a recording and on its logs, none of them twice."""
+    """Return the sentences on a recording and on its logs, without duplicates."""
     of_logs = (note for log in recording.values() for note in notes_of(log))
     return tuple(dict.fromkeys((*recording.notes, *of_logs)))

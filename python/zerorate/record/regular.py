@@ -1,4 +1,4 @@
-"""Files that end: what reads a whole file takes no pipe, no device and nothing endless."""
+"""Reading of whole files, with errors for pipes, devices and very large files."""
 
 import errno
 import os
@@ -8,18 +8,18 @@ from typing import Final
 __all__ = ["check_regular", "read_regular", "read_regular_text"]
 
 _MAX_BYTES: Final = 1 << 30
-"""Bytes of a calibration, a model, a checkpoint, poses; logs are read in other ways."""
+"""Largest size of files read whole, such as calibrations, models and poses, bytes."""
 
 
 def check_regular(path: str | os.PathLike[str], mode: int) -> None:
-    """Raise OSError for a pipe, a socket or a device, which may never end.
+    """Raise OSError for a pipe, socket or device, because its content may never end.
 
     Parameters
     ----------
     path
         The file.
     mode
-        Its ``st_mode``.
+        ``st_mode`` of the file.
     """
     if not stat.S_ISREG(mode):
         raise OSError(
@@ -33,8 +33,8 @@ def read_regular(path: str | os.PathLike[str]) -> bytes:
     Raises
     ------
     OSError
-        If the path is a folder, a pipe, a socket or a device, is larger than 1 GB, or cannot be
-        read. A pipe is not waited for.
+        If the path is a folder, pipe, socket or device, is larger than 1 GB, or cannot be read. The
+        function never waits for a pipe.
     """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     try:
@@ -52,5 +52,5 @@ def read_regular(path: str | os.PathLike[str]) -> bytes:
 
 
 def read_regular_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file in UTF-8, without a mark at its beginning; see `read_regular`."""
+    """Return the text of a UTF-8 file without its byte order mark; errors as in `read_regular`."""
     return read_regular(path).decode("utf-8-sig")

@@ -14,25 +14,25 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _LATE_TOLERANCE = 0.01
-"""Part of a period by which a sample may come after one of the gyro and still be of it."""
+"""Largest delay of a sample that is still assigned to the gyro sample before it, periods."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples of the sensors of one body at each sample of its gyro.
+    """Samples of the sensors of one body at the times of its gyro.
 
     Attributes
     ----------
     gyro, accel : ndarray, shape (n, 3)
-        rad/s and m/s^2, NaN where missing.
+        Angular rates, rad/s, and specific forces, m/s^2; NaN where missing.
     mag : ndarray, shape (n, 3), or None
-        In its own unit, NaN where missing.
+        Magnetic field in its own unit; NaN where missing.
     log : Log
-        The gyro, whose clock counts.
+        Log of the gyro, with the clock of all samples.
     dt : ndarray, shape (n,), or None
-        Seconds since the sample before, None where the clock is even.
+        Time since the previous sample, s; None for a regular clock.
     notes : tuple of str
-        Sentences on clocks and on what was left out.
+        Sentences on clocks and on omitted samples.
     """
 
     gyro: Floats
@@ -53,25 +53,27 @@ class Samples:
     ) -> Samples:
         """Return the samples of a recording.
 
-        Nothing is interpolated and nothing seen before its time: a sample on another clock stands
-        at the first one of the gyro that is not before it, and of several there the last counts.
+        Samples are not interpolated, and no sample appears before its time. A sample on another
+        clock is assigned to the first gyro sample at or after it. If several are assigned to the
+        same gyro sample, the last is used.
 
         Parameters
         ----------
         recording : Recording
-            Logs of three axes each.
+            Recording with logs of three axes each.
         gyro, accel : str
-            Names of the sensors; the accelerometer is by default that of the gyro, or the only one.
+            Names of the sensors. Default for the accelerometer: from the gyro's device, or the only
+            one.
         mag : bool
-            Use a magnetometer, if there is one.
+            Use a magnetometer if there is one.
         what : str
-            What needs the sensors, for messages.
+            Task that needs the sensors, for messages.
 
         Raises
         ------
         LogError
-            If gyro or accelerometer are not there, not of three axes, without a sample, or not of
-            a known unit.
+            If gyro or accelerometer is missing, does not have three axes, has no sample, or has no
+            known unit.
         """
         rates = _select_sensor(recording, gyro, "rate", "rad/s", what)
         forces = _select_sensor(
@@ -102,7 +104,7 @@ class Samples:
         return self.log.sampled
 
     def align(self, log: Log) -> Floats:
-        """Return a further log on the clock of the gyro, in its own unit."""
+        """Return another log's samples at the times of the gyro, in the log's own unit."""
         return _align_to_clock(log, self.log)[0]
 
 
@@ -127,7 +129,7 @@ def _select_sensor(recording: Recording, name: str, kind: str, unit: str, what: 
 
 
 def partner_name(recording: Recording, gyro: str, kind: str) -> str:
-    """Return the name of the sensor of a kind that has the number of the gyro, or of the first."""
+    """Return the sensor of a kind with the gyro's number, or else the first of the kind."""
     own_name = gyro.replace("gyro", kind, 1)
     return own_name if own_name in recording else kind
 
@@ -142,7 +144,7 @@ def _check_axes(log: Log, sensor: str, what: str = "an attitude") -> None:
 
 
 def _select_magnetometer(recording: Recording, gyro: str) -> Log | None:
-    """Return the magnetometer of the gyro's device, or the first; None if there is none."""
+    """Return the magnetometer of the gyro's device, or else the first; None if there is none."""
     log = recording.get(partner_name(recording, gyro, "mag"))
     if log is not None:
         _check_axes(log, "a magnetometer")
@@ -154,14 +156,14 @@ def _is_same_clock(log: Log, other: Log) -> bool:
 
 
 def _align_to_clock(log: Log, clock: Log) -> tuple[Floats, int]:
-    """Return a log's samples at those of a clock, and the number without a match."""
+    """Return a log's samples at the times of a clock, and the number of samples without a match."""
     if _is_same_clock(log, clock):
         return log.data, 0
     rows = np.searchsorted(clock.sampled, log.sampled - _LATE_TOLERANCE / clock.rate)
     late = log.sampled - clock.sampled[0] < -1.0 / clock.rate
     valid = (rows < clock.n) & ~late & np.isfinite(log.data).all(axis=1)
     values = np.full((clock.n, log.channels), np.nan)
-    # Of several at one place the last one is left there.
+    # NumPy keeps the last of several samples with the same index.
     values[rows[valid]] = log.data[valid]
     return values, int(valid.sum() - np.unique(rows[valid]).size)
 

@@ -1,4 +1,4 @@
-"""Results saved as strict JSON: written, read again, and their parts checked one by one."""
+"""Results saved as strict JSON: writing, reading, and checks of each part."""
 
 import json
 import math
@@ -26,9 +26,9 @@ _TYPE_NAMES: Final = {
 
 
 def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
-    """Return an object as strict JSON, exact to the last bit, null for numbers that are not finite.
+    """Return an object as strict JSON, exact to the last bit, with null for non-finite numbers.
 
-    Without `indent` what is deep in it stands on one line each.
+    Without `indent`, each element below the second level is on one line.
     """
     plain_content = to_jsonable(content)
     if indent is not None:
@@ -47,7 +47,7 @@ def _lines(value: Any) -> str:  # noqa: ANN401
 
 
 def to_jsonable(value: Any) -> Any:  # noqa: ANN401
-    """Return a value with lists for arrays and None for numbers that JSON lacks."""
+    """Return a value with lists for arrays and None for non-finite numbers."""
     if isinstance(value, dict):
         return {key: to_jsonable(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -63,10 +63,10 @@ def fields_of(instance: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def restore(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:
-    """Return the object built from a JSON text, which begins with a brace, or from a file.
+    """Return the object built from a file, or from a JSON text (it begins with a brace).
 
-    A fault of the text or of what it holds is a ValueError in one sentence, which names the file
-    and `what` was expected.
+    Errors in the text or its content become a ValueError with one sentence. It names the file and
+    the expected object (`what`).
     """
     is_text = isinstance(source, str) and source.lstrip().startswith("{")
     try:
@@ -81,9 +81,9 @@ def restore(source: str | os.PathLike[str], what: str, build: Callable[[object],
 
 
 def check_format(content: object, name: str, version: int, remedy: str = "") -> None:
-    """Raise ValueError unless a content names this format and this version of it.
+    """Raise ValueError if a content has another format name or version.
 
-    `remedy` says what helps with another version.
+    `remedy` is advice for a content with another version.
     """
     stated = parse_key(content, "format", str), parse_key(content, "version", int)
     if stated[0] != name:
@@ -96,13 +96,13 @@ def check_format(content: object, name: str, version: int, remedy: str = "") -> 
 
 
 def parse_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    """Return the value of a key, of a type; ValueError if it is another, or not there."""
+    """Return the value of a key; ValueError if it is missing or has another type."""
     return check_type(key, content.get(key) if isinstance(content, dict) else None, kind)
 
 
 def check_type(key: str, value: object, kind: type) -> Any:  # noqa: ANN401
-    """Return the value of a key, if it is of a type."""
-    # JSON may write a whole number without a point, and true is a number to Python alone.
+    """Return the value of a key; ValueError if it has another type."""
+    # JSON may write a float as an integer; and Python counts true as a number.
     of_kind = isinstance(value, (int, float) if kind is float else kind)
     if not of_kind or (isinstance(value, bool) and kind is not bool):
         raise ValueError(f"{key!r} must be {_TYPE_NAMES[kind]}, got {value!r:.60}")
@@ -112,7 +112,7 @@ def check_type(key: str, value: object, kind: type) -> Any:  # noqa: ANN401
 
 
 def finite_numbers(key: str, values: object, shape: tuple[int, ...]) -> Floats:
-    """Return a nested list as an array of this shape; ValueError if it is another."""
+    """Return a nested list of finite numbers as an array; ValueError if its shape differs."""
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -123,22 +123,22 @@ def finite_numbers(key: str, values: object, shape: tuple[int, ...]) -> Floats:
 
 
 def is_null(content: object, key: str) -> bool:
-    """Return True if null stands under a key."""
+    """Return True if the value of a key is null."""
     return isinstance(content, dict) and key in content and content[key] is None
 
 
 def parse_number(content: object, key: str) -> float:
-    """Return the number under a key, NaN for null."""
+    """Return the number of a key, NaN for null."""
     return math.nan if is_null(content, key) else float(parse_key(content, key, float))
 
 
 def parse_sentences(content: object, key: str) -> tuple[str, ...]:
-    """Return the strings listed under a key."""
+    """Return the list of strings of a key."""
     return tuple(str(check_type(key, item, str)) for item in parse_key(content, key, list))
 
 
 def from_fields(content: object, build: type[Built]) -> Built:
-    """Return the dataclass from the fields of an object, each checked by its annotation."""
+    """Return a dataclass from the fields of an object, each checked by its annotation."""
     hints = get_type_hints(build).items()
     return build(**{name: _READERS[kind](content, name) for name, kind in hints})
 

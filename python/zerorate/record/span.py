@@ -1,4 +1,4 @@
-"""Spans: the part of a log from one time to another, counted from its first sample."""
+"""Time spans of a log, counted from its first sample."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import Log, LogError
 
 _ROUNDING_SAMPLES = 1e-6
-"""Samples by which a time may miss the one that it names."""
+"""Tolerance of times when samples are selected, in samples."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """Seconds from the first sample: from `start`, to before `stop`; None for the log's own ends.
+    """Time span from `start` to before `stop`, s after the first sample; None: the log's own end.
 
     Raises
     ------
     ValueError
-        If one of them is no number from 0 on, or they are not in order.
+        If a value is negative or no number, or `stop` is not after `start`.
     """
 
     start: float | None = None
@@ -51,7 +51,7 @@ class Span:
 
     @property
     def whole(self) -> bool:
-        """True if it is all of a log."""
+        """True if the span includes the whole log."""
         return self.start is None and self.stop is None
 
     def row_range(self, samples: int, rate: float, first_time: float = 0.0) -> range:
@@ -60,18 +60,18 @@ class Span:
         Parameters
         ----------
         samples, rate
-            Of the log.
+            Number of samples of the log, and its rate, Hz.
         first_time
-            Time of the log's first sample, s from which the span is counted.
+            Time of the log's first sample from the origin of the span, s.
         """
         low = 0 if self.start is None else _first_row_at((self.start - first_time) * rate)
         high = samples if self.stop is None else _first_row_at((self.stop - first_time) * rate)
         return range(min(max(low, 0), samples), min(max(high, 0), samples))
 
     def check(self, duration: float, rate: float) -> None:
-        """Raise LogError if it reaches beyond a log so many seconds long."""
+        """Raise LogError if the span extends beyond a log of this duration, s."""
         for name, value in (("start", self.start), ("stop", self.stop)):
-            # The last sample stands for a period, which a rounded length may leave out.
+            # The log ends one period after its last sample; a rounded duration may lack it.
             beyond = value is not None and value > duration + (1 / rate if name == "stop" else 0)
             if beyond or (name == "start" and value == duration):
                 raise LogError(
@@ -83,7 +83,7 @@ class Span:
                 )
 
     def note(self, duration: float) -> str:
-        """Return a sentence on the part that was read of a log so many seconds long."""
+        """Return a sentence on the span that was read of a log of this duration, s."""
         stop = duration if self.stop is None else self.stop
         return (
             f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s, on the clock of "
@@ -91,9 +91,9 @@ class Span:
         )
 
     def of(self, logs: Sequence[Log]) -> list[Log | None]:
-        """Return the parts of logs on one clock, counted from the earliest sample of them all.
+        """Return the parts of logs on one clock, counted from the earliest sample of all logs.
 
-        None stands for a log that has no sample there.
+        A log without samples in the span becomes None.
         """
         if self.whole:
             return list(logs)
@@ -111,7 +111,7 @@ class Span:
         return replace(log.part(part), meta={**log.meta, "notes": notes})
 
     def empty_error(self) -> LogError:
-        """Return the error of a log without a sample in it."""
+        """Return the error for a log without samples in the span."""
         last = math.inf if self.stop is None else self.stop
         return LogError(
             make_sentence(

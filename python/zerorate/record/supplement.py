@@ -1,4 +1,4 @@
-"""Contents of a source next to the logs of its sensors, each part read at first access."""
+"""Contents of a source other than its logs, each read at first access."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ _T = TypeVar("_T")
 
 
 def return_none() -> None:
-    """Return None, for a part that a source does not hold."""
+    """Return None, for a part that a source does not have."""
 
 
 def no_tables(prefixes: tuple[str, ...]) -> Tables:
-    """Return no table."""
+    """Return no tables."""
     return ()
 
 
 @dataclass(frozen=True, eq=False)
 class Supplement:
-    """Contents of a source next to the logs of its sensors.
+    """Contents of a source other than its logs.
 
     Parameters
     ----------
     read_fixes, read_mounting, read_device : callable
-        Read the part, None where the source holds none.
+        Readers of each part; they return None if the source does not have it.
     read_tables : callable
-        Reads the tables whose names begin with one of some texts, with all their columns.
+        Reader of the tables with names that begin with given prefixes, with all columns.
     """
 
     read_fixes: Callable[[], Fixes | None] = return_none
@@ -47,7 +47,7 @@ class Supplement:
 
     @classmethod
     def of(cls, *, fixes: Fixes | None = None, mounting: Mounting | None = None) -> Supplement:
-        """Return the supplement of objects in memory."""
+        """Return the supplement with objects in memory."""
         return cls(partial(_identity, fixes), partial(_identity, mounting))
 
     @cached_property
@@ -61,7 +61,7 @@ class Supplement:
         return self.read_mounting()
 
     def in_body_axes(self) -> Supplement:
-        """Return the supplement that holds once the sensors' axes are those of the body."""
+        """Return the supplement for sensors already rotated to body axes: without the rotation."""
         return replace(self, read_mounting=partial(_without_rotation, self))
 
 

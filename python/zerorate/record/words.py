@@ -1,7 +1,7 @@
-"""Names of columns taken apart into words: the kind of a sensor, its axis, stage and device.
+"""Words in columns' names: the kind of a sensor, its axis, stage and device.
 
-`ROLES` is the dictionary. A word is what capitals, digits and separators set apart, and what the
-dictionary finds in a run of small letters: ``gyroscopeuncalibrated_z`` has three words.
+`ROLES` is the dictionary. Capitals, digits and separators split a name into words. Runs of small
+letters are split by the dictionary: ``gyroscopeuncalibrated_z`` has three words.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ _WORDS_BY_ROLE: Final = {
     "raw": "raw adc lsb digits",
 }  # fmt: skip
 STAGES: Final = ("unfiltered", "calibrated", "", "uncalibrated", "raw", "filtered")
-"""Processing of values, the best first where a file has several: '' where nothing is stated.
+"""Stages of processing, in order of preference; '' if no stage is stated.
 
-Raw values stand behind calibrated ones, which have a unit, and before filtered ones.
+Raw values come after calibrated values because they have no unit, and before filtered values.
 """
 ROLES: Final = {word: role for role, words in _WORDS_BY_ROLE.items() for word in words.split()}
 _DICTIONARY: Final = frozenset(word for word in ROLES if len(word) > 2) | {
@@ -61,7 +61,7 @@ _FOREIGN_WORDS: Final = {
     "Gy": " gyro ",
     "Ac": " accel ",
 }
-"""Words in other letters, and what tutorials of the MPU-6050 write before an axis: ``GyX``."""
+"""Foreign words for sensors, and the MPU-6050 tutorials' prefixes of an axis: ``GyX``."""
 _FOREIGN: Final = re.compile(
     rf"(?<![A-Za-z])(?:Gy|Ac)(?=[XYZ](?![A-Za-z]))"
     rf"|{'|'.join(word for word in _FOREIGN_WORDS if not word.isascii())}"
@@ -70,9 +70,9 @@ _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-zµ°]+|\d+")
 _AXIS_LETTERS: Final = {"x": 0, "y": 1, "z": 2}
 _ROTATION_AXES: Final = {"roll": 0, "pitch": 1, "yaw": 2}
 _SENSOR_LETTERS: Final = {"w": "gyro", "g": "gyro", "a": "accel"}
-"""Letters that are a sensor's before that of an axis: ``wx``, ``g_y``, ``a_RS_S_z``."""
+"""Letters that mean a sensor if an axis follows: ``wx``, ``g_y``, ``a_RS_S_z``."""
 _NUMBERED_LETTERS: Final = ("w", "g", "a")
-"""Those that are one before a number, too: ``g1``; ``m1`` is a motor."""
+"""Letters that mean a sensor if a number follows: ``g1``; but ``m1`` is a motor."""
 
 
 class ParsedName(NamedTuple):
@@ -81,16 +81,16 @@ class ParsedName(NamedTuple):
     Parameters
     ----------
     kind
-        ``"gyro"``, ``"accel"``, ``"mag"``, ``""`` for an axis of a sensor that is not named, None
-        for what is no component of a sensor.
+        ``"gyro"``, ``"accel"`` or ``"mag"``; ``""`` for an axis without a sensor; None if the
+        column is no component of a sensor.
     axis
-        0, 1, 2 for x, y, z, and None where none is named; ``number`` the last number.
+        0, 1, 2 for x, y, z; None if no axis is named. ``number`` is the last number in the name.
     stage
         One of `STAGES`, or ``"linear"`` for accelerations that may be without gravity.
     device
-        The words that are left: the device, the part of the body, the number of a sensor.
+        All other words: the device, the part of the body, the number of a sensor.
     stem
-        All words but the axis.
+        All words except the axis.
     """
 
     kind: str | None
@@ -102,20 +102,20 @@ class ParsedName(NamedTuple):
 
 
 def words_of(name: str) -> tuple[str, ...]:
-    """Return the words of a name in small letters."""
+    """Return the words of a name in lower case."""
     known = _FOREIGN.sub(lambda found: _FOREIGN_WORDS[found[0]], name)
     plain = unicodedata.normalize("NFKD", known).encode("ascii", "ignore").decode()
     return tuple(part for word in _WORD.findall(plain) for part in _split_word(word.lower()))
 
 
 def _split_word(word: str) -> tuple[str, ...]:
-    """Return the words of the dictionary that a run of letters is made of, or the run itself."""
+    """Return the dictionary words in a run of letters, or the run itself."""
     if word in ROLES or len(word) < 2 or not word.isalpha():
         return (word,)
     if len(word) == 2 and word[1] in _AXIS_LETTERS and word[0] in _SENSOR_LETTERS:
         return (word[0], word[1])
     if len(word) == 2 and word[1] in _AXIS_LETTERS and word[0] == "m":
-        return ("mag", word[1])  # where m_x is something in metres
+        return ("mag", word[1])  # m_x is a value in metres
     return _split_compound(word) or (word,)
 
 
@@ -137,7 +137,7 @@ def _split_compound(word: str) -> tuple[str, ...] | None:
 
 @lru_cache(maxsize=4096)
 def parse_name(stem: str) -> ParsedName:
-    """Return the meaning of the words of a name without its unit."""
+    """Return the meaning of a name without its unit, from its words."""
     words = list(words_of(stem))
     axis, number, other_words = _find_axis(words)
     roles = {ROLES.get(word) for word in other_words}
@@ -151,7 +151,7 @@ def parse_name(stem: str) -> ParsedName:
 
 
 def _find_axis(words: list[str]) -> tuple[int | None, int | None, list[str]]:
-    """Return the axis in words, a number at their end, and the other words."""
+    """Return the axis in words, the number at their end, and the other words."""
     for letters in (_AXIS_LETTERS, _ROTATION_AXES):
         positions = [i for i, word in enumerate(words) if word in letters]
         if len(positions) == 1 or (positions and letters is _AXIS_LETTERS):
@@ -169,7 +169,7 @@ def _find_kind(
     axis: int | None,
     number: int | None,
 ) -> tuple[str | None, set[str]]:
-    """Return the kind of a sensor and the words that show it."""
+    """Return the kind of a sensor, and the words that show it."""
     if roles & {"no", "free"} or ("label" in roles and axis is None):
         return None, set()
     kinds = [kind for kind in ("gyro", "accel", "mag") if kind in roles]
@@ -198,9 +198,9 @@ def _find_kind(
 
 
 def _find_letter_kind(words: list[str], rest: list[str]) -> tuple[str | None, set[str]]:
-    """Return the kind of a letter before an axis, maybe with frames between them."""
+    """Return the kind by the letter before an axis; frames may be between letter and axis."""
     if len(words) > 1 and words[-1].isdigit():
-        words = words[:-1]  # the number of a sensor behind its axis: gx1
+        words = words[:-1]  # without the sensor's number after the axis: gx1
     before = words[
         : max(i for i, word in enumerate(words) if word in {**_AXIS_LETTERS, **_ROTATION_AXES})
     ]

@@ -1,4 +1,4 @@
-"""JSON Schemas of the package's JSON files: one for each format and version."""
+"""JSON Schemas of the package's JSON files, one per format and version."""
 
 import json
 from importlib.resources import files
@@ -19,9 +19,13 @@ def load_schema(name: str) -> dict[str, Any]:
     Parameters
     ----------
     name : {"report", "check", "batch", "models", "samples"}
-        The report of `zerorate.report`, the checks of `zerorate.check`, the record that
-        `zerorate.batch` writes next to each output, the noise models of ``zerorate allan --export
-        json``, or the answers of the tools attitude and navigate of ``zerorate mcp``.
+        Name of the format:
+
+        - "report": the report of `zerorate.report`
+        - "check": the result of `zerorate.check`
+        - "batch": the record that `zerorate.batch` writes next to each output
+        - "models": the noise models of ``zerorate allan --export json``
+        - "samples": the answers of the tools attitude and navigate of ``zerorate mcp``
 
     Returns
     -------
@@ -31,7 +35,7 @@ def load_schema(name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If there is no such format.
+        If the format does not exist.
 
     Examples
     --------

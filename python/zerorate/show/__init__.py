@@ -1,8 +1,8 @@
-"""Results for people: figures, text tables and pages.
+"""Views of results: figures, text tables and HTML pages.
 
-Figures need matplotlib, of the extra ``plot``, which is imported when one is drawn: whatever draws
-raises ImportError without it. No global state of matplotlib is used. Tables are lines without an
-end.
+Figures need matplotlib (extra ``plot``). It is imported when a figure is drawn, so functions that
+draw raise ImportError without it. They do not use matplotlib's global state. Tables are lines
+without a final line end.
 """
 
 from typing import TYPE_CHECKING, Final

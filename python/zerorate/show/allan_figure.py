@@ -50,9 +50,9 @@ if TYPE_CHECKING:
 Style = dict[str, Any]
 
 _MAX_COLUMNS: Final = 4
-"""Axes side by side."""
+"""Largest number of panels in a row."""
 
-# Millimetres.
+# Sizes in mm.
 _SINGLE_PANEL_MM: Final = (110.0, 72.0)
 _PANEL_MM: Final = (52.0, 50.0)
 _LEFT, _RIGHT, _TOP = 15.0, 3.0, 6.0
@@ -61,21 +61,21 @@ _BETWEEN_COLUMNS: Final = 4.0
 _LIST_LINE, _LIST_COLUMN, _KEY_LINE, _KEY_LETTER, _KEY_SAMPLE = 2.7, 50.0, 3.1, 1.05, 10.0
 
 _MIN_FREEDOM: Final = 5.0
-"""Degrees of freedom below which a deviation says little."""
+"""Degrees of freedom below which a deviation is very uncertain."""
 
 _MARGIN_EXPONENT: Final = 0.06
 
 _DEPTH_FACTOR: Final = 3.0
-"""Factor below a curve down to which marks are shown: the floor, and marks near it."""
+"""Largest ratio of the lowest deviation to a mark that extends the panel; several axes."""
 
 _SINGLE_DEPTH_FACTOR: Final = 500.0
-"""The same of a figure of one axis, which has room for the marks of walk and ramp."""
+"""The same ratio for a single axis, with room for the marks of random walk and ramp."""
 
 _MAX_BOUND_FACTOR: Final = 5.0
-"""Factor over a deviation up to which its upper bound is shown; beyond, the frame cuts it."""
+"""Largest ratio of an upper bound to its deviation that the scale includes."""
 
 _SHADE_FACTOR: Final = 4.0
-"""Factor by which a panel exceeds a curve before the part beyond is shaded."""
+"""Ratio of the longest averaging times of panel and curve above which the rest is shaded."""
 
 
 def plot_allan(
@@ -83,16 +83,17 @@ def plot_allan(
     models: Sequence[NoiseModel] | NoiseModel | None = None,
     title: str = "",
 ) -> Figure:
-    """Return a figure of deviation curves with bounds, and of the models fitted to them.
+    """Return a figure of deviation curves with bounds, and the models fitted to them.
 
-    Angular rates in deg/h or deg/s, accelerations in ug or m/s^2, by the least deviation of all.
+    Angular rates are in deg/h or deg/s, accelerations in ug or m/s^2. The smallest deviation
+    selects the unit.
 
-    `result`: one panel an axis, four side by side; all of one kind and unit. `models`: one an axis:
-    drawn are the deviation that the model expects, each identifiable term with a mark where IEEE
-    Std 952 reads it, and a triangle at the bound of each that is not. `title`: of the whole;
-    default none.
+    `result` has one panel per axis, four in a row. All results need the same kind of deviation and
+    unit. `models` has one model per axis. The figure shows the model's deviation, and a mark for
+    each identifiable term where IEEE Std 952 reads it. A triangle marks the bound of a term that is
+    not identifiable. `title` is the title of the figure; default none.
 
-    ValueError if there is not one model an axis, or results differ in kind or unit.
+    ValueError: if the number of models and axes differ, or results differ in kind or unit.
     """
     results = [result] if isinstance(result, AllanResult) else list(result)
     if len({(result_part.kind, result_part.unit) for result_part in results}) != 1:
@@ -122,8 +123,8 @@ def plot_characterised(result: Characterised) -> Figure:
 def plot_characterisation(sensors: Sequence[Characterisation]) -> Figure:
     """Return a figure of all sensors of one log: gyros above, accelerometers below.
 
-    One panel per axis, as in `plot_allan`, of the first four axes of each. All panels of one sensor
-    have the same unit.
+    It has one panel per axis, as in `plot_allan`, for the first four axes of each sensor. All
+    panels of a sensor have the same unit.
     """
     rows = [list(_make_panels(sensor)) for sensor in sensors]
     meta = sensors[0].log.meta
@@ -141,7 +142,7 @@ def _make_panels(result: Characterisation) -> Iterator[_Panel]:
 
 
 class _Panel(NamedTuple):
-    """Contents of a panel: the curve of one axis, its model if any, and the unit of both."""
+    """Contents of a panel: the curve of an axis, its model if any, and the common unit."""
 
     curve: AllanResult
     model: NoiseModel | None
@@ -163,11 +164,11 @@ class _Panel(NamedTuple):
 
     @property
     def times(self) -> Floats:
-        """Averaging times that must be seen, those of the marks among them."""
+        """Averaging times that the panel must show, including the times of the marks."""
         return np.concatenate((self.curve.taus, [term.read_at for term in self.terms]))
 
     def span(self, depth: float) -> tuple[float, float]:
-        """Return the lowest and the highest thing that must be seen."""
+        """Return the lowest and the highest deviation that the panel must show."""
         curve, factor = self.curve, self.shown.factor
         lowest = np.where(curve.lower > 0.0, curve.lower, np.inf)
         low = float(factor * np.fmin(curve.deviation, lowest).min())
@@ -177,7 +178,7 @@ class _Panel(NamedTuple):
 
 
 def _select_positive(curve: AllanResult) -> AllanResult:
-    """Return the part of a curve of one axis that has a place on a logarithmic scale."""
+    """Return the positive part of a curve, for a logarithmic scale."""
     positive = curve.deviation > 0.0
     if positive.all() or not positive.any():
         return curve
@@ -195,7 +196,7 @@ class _Window(NamedTuple):
 
     @classmethod
     def of(cls, row: list[_Panel]) -> _Window:
-        """Return the limits that panels side by side share."""
+        """Return the limits shared by the panels of a row."""
         times = np.concatenate([panel.times for panel in row])
         depth = _DEPTH_FACTOR if len(row) > 1 else _SINGLE_DEPTH_FACTOR
         spans = [panel.span(depth) for panel in row if not panel.empty]
@@ -206,12 +207,12 @@ class _Window(NamedTuple):
         return cls(times.min() / 1.6, right, low / margin, high * margin)
 
     def shows(self, term: DrawnTerm) -> bool:
-        """Return True if the mark of a term lies inside."""
+        """Return True if the mark of a term is inside the limits."""
         return self.low < term.height < self.high
 
 
 def _draw_figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figure:
-    """Return the figure: panels, each under its list, then the key and the caption."""
+    """Return the figure: panels, each below its list of terms, then the key and the caption."""
     columns = max(map(len, rows))
     panel = _SINGLE_PANEL_MM if len(rows) == columns == 1 else _PANEL_MM
     list_columns = max(1, floor(panel[0] / _LIST_COLUMN))
@@ -256,7 +257,7 @@ def _draw_row(
 
 
 def _caption(rows: list[list[_Panel]], axes_of_log: int) -> str:
-    """Return the caption: length and rate of the records, and the part that is shown."""
+    """Return the caption: length and rate of the records, and the shown part."""
     panels = [panel for row in rows for panel in row]
     records = dict.fromkeys((panel.curve.duration, panel.curve.rate) for panel in panels)
     lengths = [f"{duration:,.6g} s at {rate:.4g} Hz" for duration, rate in records]
@@ -319,22 +320,22 @@ def _line_style(term: DrawnTerm) -> Style:
 
 
 def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) -> None:
-    """Write the letter of a term at its mark, or else where its line is highest inside.
+    """Write the letter of a term at its mark, or where its line is highest inside the panel.
 
-    For readers who cannot distinguish the colours.
+    The letters help readers who cannot distinguish the colours.
     """
     from matplotlib.patheffects import withStroke
 
     position = (term.read_at, term.height)
     if not window.shows(term):
-        # Two lines rise, and may end at one height: one letter stands earlier.
+        # Two lines rise and may end at the same height, so the letter K comes earlier.
         until = taus[-1] / (4.0 if term.symbol == "K" else 1.0)
         inside = np.flatnonzero((term.line < window.high) & (taus <= until))
         if not inside.size or term.line[inside].max() < window.low:
             return
         highest = inside[np.argmax(term.line[inside])]
         position = (taus[highest], term.line[highest])
-    # A line that rises is the curve's right flank or a bound above it: the letter stands outside.
+    # A rising line is at the right of the curve, or is a bound above it: the letter goes outside.
     walk = term.symbol == "K" and not window.shows(term)
     below = np.ptp(np.log(term.line)) < 1.0 or (walk and term.identifiable)
     left = position[0] >= taus[-1] or (walk and not term.identifiable)
@@ -358,7 +359,7 @@ def _mark_style(term: DrawnTerm, colour: str) -> Style:
 
 
 def _last_certain_tau(curve: AllanResult) -> float | None:
-    """Return the averaging time beyond which there are too few degrees of freedom."""
+    """Return the longest averaging time with enough degrees of freedom."""
     uncertain = np.flatnonzero(~(curve.edf >= _MIN_FREEDOM))
     if uncertain.size == 0 or uncertain[0] == 0:
         return None
@@ -415,7 +416,7 @@ def _has_other_terms(model: NoiseModel) -> bool:
 
 
 def _count_key_columns(key: list[tuple[Artist, str]], width: float) -> int:
-    """Return the number of entries of the key that fit side by side into so many millimetres."""
+    """Return the number of key entries that fit next to each other into a width in mm."""
     longest = max((len(label) for _, label in key), default=1)
     return max(1, min(len(key), floor(width / (_KEY_LETTER * longest + _KEY_SAMPLE))))
 

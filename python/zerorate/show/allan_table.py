@@ -27,8 +27,8 @@ _UNIT_NOTE: Final = '"unit" is the unknown unit of the samples; exports to estim
 def format_allan(sensors: Sequence[Characterisation]) -> str:
     """Return tables of coefficients and deviations, at most `WIDTH` columns wide.
 
-    For each a heading, then a block for as many axes as fit side by side, in the units of data
-    sheets.
+    Each sensor has a heading and blocks. A block has as many axes as fit next to each other, in
+    data-sheet units.
     """
     text = "\n\n\n".join(_format_sensor(sensor) for sensor in sensors)
     notes = [_BOUND_NOTE] if "< " in text else []
@@ -42,9 +42,9 @@ def format_characterised(result: Characterised) -> str:
 
 
 def format_allan_notes(sensors: Sequence[Characterisation]) -> str:
-    """Return the sentences on motion, gaps and fits, and on the log.
+    """Return sentences on motion, gaps, fits and the log.
 
-    Empty if there is nothing to say.
+    The text is empty if there are none.
     """
     return bullet_list(collect_notes(sensors))
 
@@ -158,7 +158,7 @@ def _format_deviations(curve: AllanResult, factor: float) -> Iterator[str]:
 
 
 def _format_with_bounds(value: float, low: float, high: float) -> str:
-    """Return a deviation with its bounds in per cent of it."""
+    """Return a deviation with its bounds in percent."""
     if not np.isfinite([low, high]).all():
         return format_significant(value)
     down, up = (_format_percent(part) for part in (1.0 - low, high - 1.0))
@@ -171,7 +171,7 @@ def _format_percent(part: float) -> str:
 
 
 def _shown_taus(curve: AllanResult) -> list[float]:
-    """Return the averaging times of the curve that are closest to the decades."""
+    """Return the averaging times of the curve that are closest to powers of ten."""
     taus = curve.taus
     first, last = np.ceil(np.log10(taus[[0, -1]]) - 0.151)
     decades = 10.0 ** np.arange(first, last + 1)
@@ -194,7 +194,7 @@ def _walk(sensor: Characterisation) -> Term:
 def _split_columns(
     labels: Sequence[str], units: Sequence[str], columns: list[list[str]]
 ) -> Iterator[list[list[str]]]:
-    """Yield as many columns at a time as fit next to the labels and units."""
+    """Yield groups of columns that fit next to the labels and units."""
     width_left = width() - _max_width(labels) - _max_width(units) - len(GAP)
     part: list[list[str]] = []
     for column in columns:
@@ -207,7 +207,7 @@ def _split_columns(
 
 def _format_block(labels: Sequence[str], units: Sequence[str], columns: list[list[str]]) -> str:
     end = 1 + max(i for column in columns for i, cell in enumerate(column) if cell)
-    # Blocks of one table are aligned with each other, so also by the rows that this one lacks.
+    # Align all blocks of a table, including with rows that this block does not have.
     rows = list(zip(labels, units, *columns, strict=True))
     lines = zip(rows[:end], align_rows(rows, 2), strict=False)
     return "\n".join(line for row, line in lines if any(row[2:]) or row[0] != _SECOND_LABEL)

@@ -1,4 +1,4 @@
-"""Lines, marks and list of a model's coefficients over a deviation curve."""
+"""Lines, marks and list of a model's coefficients in a deviation figure."""
 
 import math
 from collections.abc import Iterator
@@ -41,27 +41,28 @@ _READING_TAU_S: Final = {
     "rate_random_walk": 3.0,
     "rate_ramp": math.sqrt(2.0),
 }
-"""Averaging times, s, at which the Allan deviation of a term equals its coefficient."""
+"""Averaging times at which the Allan deviation of a term equals its coefficient, s."""
 
 
 @dataclass(frozen=True)
 class DrawnTerm:
-    """One coefficient: its line where it is identifiable, else a bound, and where it is read.
+    """A coefficient in a figure: its line, or its bound if it is not identifiable, and its mark.
 
     Attributes
     ----------
     symbol : str
-        Its letter.
+        Letter of the coefficient.
     colour : str
-        Of line and mark.
+        Colour of line and mark.
     line : ndarray, shape (t,)
-        Deviation at the curve's averaging times; of the bound where it is not identifiable.
+        Deviation of the term at the curve's averaging times. If the term is not identifiable, it is
+        the deviation of the bound.
     read_at : float
         Averaging time of the mark, s.
     height : float
-        Deviation of the mark.
+        Deviation at the mark.
     inside : bool
-        True if the curve reaches that time.
+        True if the curve reaches the averaging time of the mark.
     identifiable : bool
         True if the record determines the coefficient.
     text : str
@@ -79,7 +80,7 @@ class DrawnTerm:
 
 
 def fitted_curve(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) -> Floats:
-    """Return the deviation that the model expects at the curve's averaging times."""
+    """Return the deviation of the model at the curve's averaging times."""
     return expected_deviation(model, curve) * _unit_scale(curve, shown)
 
 
@@ -91,7 +92,7 @@ def draw_other_terms(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) 
 
 
 def select_terms(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) -> list[DrawnTerm]:
-    """Return the coefficients of a model of which something is known but that they are zero."""
+    """Return the coefficients of a model that have a value other than zero, or a bound."""
     ones = NoiseModel(**dict.fromkeys(COLOURS, 1.0), quantity=model.quantity)  # type: ignore[arg-type]
     lines = dict(expected_terms(ones, curve))
     lowest = float(curve.taus[np.argmin(expected_deviation(model, curve))])
@@ -131,7 +132,7 @@ def _format_term(coefficient: Coefficient, term: Term) -> str:
 
 
 def _interpolate(tau: float, taus: Floats, line: Floats) -> float:
-    """Return the height of a line at a time, on its straight continuation beyond its ends."""
+    """Return a line's value at a time, with straight continuation beyond its ends."""
     if taus.size < 2:
         return float(line[0])
     i = int(np.clip(np.searchsorted(taus, tau), 1, taus.size - 1))
@@ -140,7 +141,7 @@ def _interpolate(tau: float, taus: Floats, line: Floats) -> float:
 
 
 def _unit_scale(curve: AllanResult, shown: DisplayUnit) -> Floats:
-    """Return the factor for an SI deviation of the rate."""
+    """Return the factor from an SI deviation to the shown unit."""
     scale = shown.factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
     return scale * time
@@ -149,7 +150,7 @@ def _unit_scale(curve: AllanResult, shown: DisplayUnit) -> Floats:
 def write_list(axes: "Axes", terms: list[DrawnTerm], columns: int, rows: int, line: float) -> None:
     """Write the coefficients above a panel, each in the colour of its line.
 
-    There is room for so many rows, each of so many millimetres, under the title.
+    `rows` is the number of rows below the title, and `line` is the height of a row in mm.
     """
     for i, term in enumerate(terms):
         row, column = divmod(i, columns)

@@ -1,4 +1,4 @@
-"""The coefficients of an ARMA model as plain text."""
+"""Coefficients of an ARMA model as plain text."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ Row = tuple[str, str, str]
 
 
 def format_arma_model(model: ArmaModel) -> str:
-    """Return aligned lines: coefficient, value ± error, t; then the notes."""
+    """Return aligned lines with coefficient, value ± error, and t, followed by the notes."""
     rows = list(_rows(model))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
@@ -39,7 +39,7 @@ def _rows(model: ArmaModel) -> Iterator[Row]:
     names = [f"phi_{i}" for i in range(1, p + 1)] + [f"theta_{j}" for j in range(1, q + 1)]
     names += ["constant"] if model.has_constant else []
     values = [*model.phi.tolist(), *model.theta.tolist(), model.constant]
-    # Without a constant the last value and its error are left over.
+    # Without a constant, skip the last value and its error.
     for name, value, error in zip(names, values, model.standard_errors.tolist(), strict=False):
         yield _row(name, value, error)
     yield "sigma^2", f"{model.sigma2:.6g}", ""

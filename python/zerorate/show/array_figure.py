@@ -1,4 +1,4 @@
-"""The figure of an array: Allan deviations, and the weights of sensors over time."""
+"""Figure of an array: Allan deviations, and the weights of the sensors over time."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH_MM: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 8.5, 19.0
 _ALLAN_WIDTH_MM: Final = 62.0
@@ -46,25 +46,25 @@ _BETWEEN: Final = 20.0
 _PANEL_GAP_MM: Final = 5.0
 _RATE_HEIGHT_MM: Final = 24.0
 _ROW_HEIGHT_MM: Final = 4.2
-"""Height of a sensor's row."""
+"""Height of a sensor's row, mm."""
 _MIN_ROWS_MM: Final = 40.0
 _BAR, _BAR_GAP = 2.2, 2.0
 _LETTER_WIDTH_MM: Final = 1.06
 
 _MAX_TIMES: Final = 200
 _MAX_WEIGHT_RATIO: Final = 3.0
-"""Times the plain mean's weight, that is the deepest shade at most."""
+"""Ratio of a weight to the plain mean's weight at which the shade is darkest."""
 _GREY: Final = "#9A9A9A"
 _CURVE_COLOURS: Final = AXIS_COLOURS
 _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = 1, 2, 3, 4
 
 
 def plot_array(replay: ArrayReplay) -> Figure:
-    """Return a figure of the Allan deviations, the rate and the weights over time.
+    """Return a figure of the Allan deviations, the rate, and the weights over time.
 
-    Left, root mean squares over the axes: each sensor, their plain mean, the array. Right: the
-    rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it was
-    excluded the row is vermilion.
+    The left panel has RMS deviations over the axes, for each sensor, their plain mean, and the
+    array. On the right are the rate and a row for each sensor. The shade of a row is the sensor's
+    weight relative to a plain mean. Where the sensor was excluded, the row is vermilion.
     """
     rows = max(_ROW_HEIGHT_MM * replay.log.sensors, _MIN_ROWS_MM)
     height = _BOTTOM + rows + _PANEL_GAP_MM + _RATE_HEIGHT_MM + _TOP
@@ -122,7 +122,7 @@ def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
 
 
 def _rms_over_axes(deviations: Floats) -> Floats:
-    """Return the root mean squares over the axes, of deviations (..., axes, m)."""
+    """Return the RMS over the axes, of deviations with shape (..., axes, m)."""
     means: Floats = np.sqrt(np.mean(deviations**2, axis=-2))
     return np.where(means > 0.0, means, np.nan)
 
@@ -142,7 +142,7 @@ def _draw_rate(axes: Axes, replay: ArrayReplay) -> None:
 
 
 def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
-    """Draw a row for each sensor: its weight, or what kept it out for most of a while."""
+    """Draw a row for each sensor, with its weight or the main reason for its exclusion."""
     from matplotlib.colors import to_rgb
 
     log = replay.log
@@ -169,16 +169,17 @@ def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
 
 
 def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
-    """Name the rows, as many as there is room for."""
+    """Write the names of the rows, as many as fit."""
     log = replay.log
     axes.set_yticks(range(log.sensors), log.labels)
     axes.tick_params(axis="y", labelsize=FONT_PT - 0.5, length=0.0)
 
 
 def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Return for each while the mean weight where used, times N, and the class of most samples.
+    """Return, for each interval, the mean weight times N where used, and the most frequent class.
 
-    Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
+    Both have shape (intervals, N). If a sensor was excluded in any part of an interval, the class
+    is excluded.
     """
     log = replay.log
     starts = split_into_parts(log.n, _MAX_TIMES)

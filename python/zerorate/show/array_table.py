@@ -1,4 +1,4 @@
-"""The replay of an array as plain text: results of each sensor, and gain of the array."""
+"""Replay of an array as plain text: results of each sensor, and gain of the array."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def format_array(replay: ArrayReplay) -> str:
     ]
     if replay.log.sensors > 1:
         table_rows += [(name, *empty, *_format_numbers(values)) for name, values in totals]
-    # The deviations are the requested result.
+    # Keep the deviations in narrow tables: they are the requested result.
     spare = tuple(range(1, len(head)))
     columns = (*head, *_axis_heads(axes))
     table = Table(
@@ -77,7 +77,7 @@ def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[st
 
 
 def _format_percent(share: float) -> str:
-    """Return a share in per cent: zero is zero, and a little is not."""
+    """Return a share in percent; a small share is not rounded to zero."""
     if share == 0.0:
         return "0"
     return f"{100.0 * share:.1f}" if share >= 5e-4 else "<0.1"
@@ -110,7 +110,7 @@ def _describe_gain(replay: ArrayReplay) -> str:
 
 
 def format_accelerometers(replay: ArrayReplay) -> str:
-    """Return a table with a row an accelerometer, the plain mean and all as one, and the gains."""
+    """Return a table with a row per accelerometer, the plain mean and the fusion, and the gains."""
     fused = replay.accel
     assert fused is not None
     used = fused.weights > 0.0
@@ -163,7 +163,7 @@ def _format_weight(fused: FusedAccelerometers, sensor: int) -> str:
 
 
 def format_rotations(rotations: Rotations) -> str:
-    """Return a table of how sensors are turned against the first."""
+    """Return a table of the sensors' rotations relative to the first sensor."""
     rows = [
         (
             label,
@@ -189,14 +189,14 @@ def format_rotations(rotations: Rotations) -> str:
 
 
 def _describe_axes(matrix: Floats) -> str:
-    """Return the axes of a sensor that lie along those of the first: ``-y, -x, -z``."""
+    """Return a sensor's axes along the first sensor's axes, such as ``-y, -x, -z``."""
     nearest = np.argmax(np.abs(matrix), axis=1)
     signs = np.where(matrix[np.arange(3), nearest] < 0.0, "-", "")
     return ", ".join(f"{sign}{'xyz'[i]}" for sign, i in zip(signs, nearest, strict=True))
 
 
 def format_array_replay(replay: ArrayReplay) -> str:
-    """Return the results of each sensor, its accelerometers and rotations if any, and notes."""
+    """Return the results of each sensor, accelerometers and rotations if any, and notes."""
     accel = None if replay.accel is None else format_accelerometers(replay)
     rotations = None if replay.rotation_set is None else format_rotations(replay.rotation_set)
     return "\n\n".join(

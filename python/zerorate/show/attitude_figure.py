@@ -1,4 +1,4 @@
-"""The figure of an attitude: angles, their standard deviations, and the gyro's learned errors."""
+"""Figure of an attitude: angles, standard deviations, and gyro errors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from zerorate.attitude.estimate import AttitudeEstimate
     from zerorate.types import Booleans, Floats, Integers
 
-# Millimetres.
+# Sizes in mm.
 _ANGLES_HEIGHT_MM, _PANEL_HEIGHT_MM, _EVENT_HEIGHT_MM = 22.0, 16.0, 2.6
 _NAMES: Final = ("x", "y", "z")
 _Elements: TypeAlias = tuple[tuple[int, int], ...]
@@ -53,18 +53,23 @@ _CROSS_ELEMENTS: Final[_Elements] = ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2,
 _LINE_STYLES: Final = ("-", "--", ":")
 _QUESTION: Final = "Which way does it point, and how certain is that?"
 _WRAP_STEP_DEG: Final = 300.0
-"""Degrees between neighbours from which on an angle has wrapped."""
+"""Smallest step between neighbours that counts as a wrap of the angle, deg."""
 _MIN_MARK_SHARE: Final = 0.006
-"""Width of a mark that can be seen, as a share of the time axis."""
+"""Smallest visible width of a mark, as a share of the time axis."""
 
 
 def plot_attitude(estimate: AttitudeEstimate) -> Figure:
-    """Return the figure of an attitude, a column of a page wide.
+    """Return the figure of an attitude, as wide as a page column.
 
-    Over one time axis: Euler angles; heading and inclination, each with two standard deviations to
-    either side of zero and with its error where there is a reference; the gyro's bias, its scale
-    where that is known, the significant elements of its misalignment, and the filter's events, a
-    row each. Rest is grey, a disturbed field rose.
+    The panels have one time axis:
+
+    - Euler angles
+    - two standard deviations of heading and inclination, with the errors if there is a reference
+    - bias and, if known, scale error of the gyro
+    - significant elements of its misalignment
+    - events of the filter, a row for each kind
+
+    Rest is grey, and a disturbed field is rose.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
@@ -93,12 +98,12 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
 
 class _Course:
-    """Times of an estimate for all panels, in the unit of the axis, and few of them.
+    """Sparse times of an estimate for all panels, in the unit of the time axis.
 
     Parameters
     ----------
     estimate : AttitudeEstimate
-        What is shown.
+        Estimate of the figure.
     """
 
     def __init__(self, estimate: AttitudeEstimate) -> None:
@@ -116,12 +121,12 @@ class _Course:
         return bool(np.isfinite(self.estimate.heading_sigma).all())
 
     def at(self, indices: Floats) -> Floats:
-        """Return the times of samples, whole or half."""
+        """Return the times at sample indices, which may be half numbers."""
         return np.interp(indices, np.arange(self.times.size), self.times)
 
 
 def _describe_end(course: _Course) -> str:
-    """Return the orientation at the end, and its standard deviations where they are known."""
+    """Return the orientation at the end, with its standard deviations if known."""
     estimate = course.estimate
     roll, pitch, yaw = np.degrees(estimate.euler[-1])
     tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))
@@ -166,7 +171,7 @@ def _shade_where(panel: Axes, course: _Course, mask: Booleans, colour: str) -> N
 
 
 def _draw_events(panel: Axes, course: _Course) -> None:
-    """Draw a row of marks for each mechanism that acted, the first on top."""
+    """Draw a row of marks for each kind of event; the first kind is on top."""
     shortest = _MIN_MARK_SHARE * (course.times[-1] - course.times[0])
     for row, (_, mask) in enumerate(reversed(course.events)):
         begins, ends = (course.at(edges) for edges in find_spans(mask))
@@ -180,7 +185,7 @@ def _draw_events(panel: Axes, course: _Course) -> None:
 def _draw_angles(panel: Axes, course: _Course) -> None:
     angles = np.degrees(course.estimate.euler)
     for values, name, colour in zip(angles.T, ("roll", "pitch", "yaw"), AXIS_COLOURS, strict=True):
-        # Over a jump from 180 to -180 the middle of a part would be nowhere.
+        # Unwrap first: the median over a jump from 180 to -180 would be meaningless.
         quantiles = column_quantiles(np.unwrap(values, period=360.0))
         turns = 360.0 * np.round(quantiles.median / 360.0)
         low, median, high = (
@@ -215,7 +220,7 @@ def _draw_inclination(panel: Axes, course: _Course) -> None:
 def _reference_errors(estimate: AttitudeEstimate) -> Floats:
     """Return the errors of heading and of inclination about two level axes, deg, (n, 3) or (0, 3).
 
-    Without a magnetometer the heading begins with none.
+    Without a magnetometer the heading error starts at zero.
     """
     if estimate.reference is None:
         return np.empty((0, 3))
@@ -227,7 +232,7 @@ def _reference_errors(estimate: AttitudeEstimate) -> Floats:
 def _draw_uncertainty(
     panel: Axes, course: _Course, sigma: Floats, errors: Floats, error_names: tuple[str, ...]
 ) -> None:
-    """Draw two standard deviations to either side of zero, and the errors that lie in them."""
+    """Draw plus and minus two standard deviations, and the errors."""
     times, largest = course.times[course.rows], 0.0
     if course.has_sigmas:
         half = BAND_SIGMAS * np.degrees(sigma[course.rows])
@@ -248,9 +253,9 @@ def _draw_uncertainty(
 def heading_and_tilt_errors(
     quaternions: Floats, reference: Floats, *, relative: bool = False
 ) -> tuple[Floats, Floats]:
-    """Return the errors of heading, signed, and of inclination, of shape (n,), rad.
+    """Return the signed heading error and the inclination error, shape (n,), rad.
 
-    Both are NaN where the reference is; a relative heading begins with no error.
+    Both are NaN if the reference is NaN. A relative heading starts with zero error.
     """
     errors = signed_errors(quaternions, reference, relative=relative)
     tilt: Floats = np.hypot(errors[:, 1], errors[:, 2])
@@ -260,16 +265,16 @@ def heading_and_tilt_errors(
 def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = False) -> Floats:
     """Return the errors of heading and of inclination about two level axes, shape (n, 3), rad.
 
-    The error is a turn about the vertical, then one about a level axis, whose parts along x and y
-    of the earth are the last two. All are NaN where the reference is; a relative heading begins
-    with none.
+    The error is a rotation about the vertical, followed by a rotation about a level axis. The last
+    two columns are the components of the second rotation along the earth's x and y. All are NaN if
+    the reference is NaN. A relative heading starts with zero error.
     """
     error = product(unit(quaternions), inverse(unit(reference)))
     w, x, y, z = error.T
     heading = 2.0 * np.arctan2(z, w)
     vertical = np.hypot(w, z)
     tilt = 2.0 * np.arctan2(np.hypot(x, y), vertical)
-    # The level axis, without the rotation about the vertical.
+    # Level axis, before the rotation about the vertical.
     level = np.stack((w * x - y * z, w * y + x * z), axis=1)
     size = np.linalg.norm(level, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -299,20 +304,20 @@ def _draw_scale(panel: Axes, course: _Course) -> None:
 
 
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
-    """Draw the elements that are significant at the end: all six would overlap."""
+    """Draw the elements that are significant at the end; all six would overlap."""
     _draw_elements(panel, course, _CROSS_ELEMENTS, _significant_elements(course.estimate))
     write_head(panel, "misalignment [%]")
     write_names(panel, 7)
 
 
 def _significant_elements(estimate: AttitudeEstimate) -> _Elements:
-    """Return the elements off the diagonal that are significant at the end."""
+    """Return the off-diagonal elements that are significant at the end."""
     sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
     return tuple(at for at in _CROSS_ELEMENTS if sizes[at] > BAND_SIGMAS)
 
 
 def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _Elements) -> None:
-    """Draw some elements of M - 1, and to either side of zero the largest deviation of all."""
+    """Draw elements of M - 1, and plus and minus the largest standard deviation."""
     estimate = course.estimate
     times = course.times[estimate.moments]
     error = 100.0 * (estimate.gyro_matrices - np.eye(3))
@@ -327,7 +332,7 @@ def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _El
 
 
 def _fit_scale(panel: Axes, values: Floats, sigmas: Floats) -> None:
-    """Scale a panel to the estimates after the first tenth."""
+    """Scale a panel to the estimates after the first tenth of the record."""
     late = slice(len(values) // 10, None)
     low = float(np.nanmin((values - BAND_SIGMAS * sigmas)[late]))
     high = float(np.nanmax((values + BAND_SIGMAS * sigmas)[late]))

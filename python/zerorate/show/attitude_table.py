@@ -1,4 +1,4 @@
-"""An attitude as plain text: direction, standard deviations, learned errors, true errors."""
+"""Attitude as plain text: direction, standard deviations, gyro errors, true errors."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ _FRAME_NAMES: Final = {
 def format_attitude(estimate: AttitudeEstimate) -> str:
     """Return the tables of an attitude, at most `WIDTH` columns wide.
 
-    Angles with their standard deviations, rest and disturbance, what was learned of the gyro,
-    errors where there is a reference, notes.
+    They have the angles with standard deviations, rest and disturbance, the gyro errors, and notes.
+    With a reference, they have the true errors, too.
     """
     return "\n\n".join(filter(None, _format_parts(estimate)))
 
@@ -61,7 +61,7 @@ def _format_parts(estimate: AttitudeEstimate) -> Iterator[str]:
 
 
 def _make_angles_table(estimate: AttitudeEstimate) -> Table:
-    # Before the mean force of the first second no angle is known.
+    # The angles are known only after the first second, which gives the mean force.
     first_row = min(round(_SETTLED_AFTER_S * estimate.rate), estimate.n - 1)
     first, last = np.degrees(estimate.euler[[first_row, -1]])
     ends = [(f"{a:.2f}", f"{b:.2f}") for a, b in zip(first, last, strict=True)]
@@ -92,7 +92,7 @@ def _make_gyro_table(estimate: AttitudeEstimate) -> Table:
     matrix, sigma = estimate.gyro_matrix, estimate.gyro_matrix_sigma
     note = ""
     if np.isfinite(sigma).all():
-        # The matrix corrects: a gyro that reads too much has an element below 1.
+        # The matrix is a correction: if the gyro reads too much, its element is below 1.
         error, deviation = 100.0 * (matrix - np.eye(3)), 100.0 * sigma
         rows += [
             (f"correction of {axis}", "%", *_format_row(error[i], deviation[i]))

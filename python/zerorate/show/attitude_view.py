@@ -1,4 +1,4 @@
-"""An attitude over time as a page that stands alone: a body, north, gravity and a time slider."""
+"""Attitude over time as a self-contained page: body, north, gravity and a time slider."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zerorate.show.style import shorten_source
 from zerorate.types import Booleans, Floats, Integers
 
 _MAX_FRAMES: Final = 3000
-"""Frames of the page; 100 kB to 300 kB."""
+"""Largest number of frames in the page; 3000 frames need 100 kB to 300 kB."""
 _DIGITS: Final = 5
 _CONTROLS: Final = (
     '<canvas id="scene" tabindex="0" role="img" aria-label="The body, its axes x, y and z, the '
@@ -30,7 +30,7 @@ _CONTROLS: Final = (
 
 
 def attitude_view(estimate: AttitudeEstimate) -> str:
-    """Return the page as HTML: no other file and no network."""
+    """Return the page as HTML; it needs no other file and no network."""
     title = f"{shorten_source(estimate.source)}: attitude"
     return document(
         title, _make_body(estimate), style="attitude_view.css", script=_script(estimate)
@@ -53,12 +53,12 @@ def _make_body(estimate: AttitudeEstimate) -> Iterator[str]:
 def _script(estimate: AttitudeEstimate) -> str:
     source = files("zerorate.show").joinpath("attitude_view.js").read_text(encoding="utf-8")
     content = json.dumps(_frames(estimate), separators=(",", ":"), allow_nan=False)
-    # No text of the data can end the script.
+    # Escape the data, so that no text can end the script.
     return f"const VIEW = {content.replace('<', chr(92) + 'u003c')};\n{source}"
 
 
 def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
-    """Return the data of at most `_MAX_FRAMES` samples for the page, first and last included."""
+    """Return the data of at most `_MAX_FRAMES` samples, including the first and the last."""
     count = min(estimate.n, _MAX_FRAMES)
     rows = np.unique(np.linspace(0, estimate.n - 1, count).round().astype(np.int64))
     columns = {
@@ -83,7 +83,7 @@ def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
 
 
 def _as_list(values: Floats) -> list[Any]:
-    """Return numbers of few digits as JSON has them, null for what is not finite."""
+    """Return rounded numbers for JSON; values that are not finite become null."""
     rounded = np.round(values, _DIGITS)
     finite: Booleans = np.asarray(np.isfinite(rounded).reshape(len(rounded), -1).all(axis=1))
     return [row if finite[i] else None for i, row in enumerate(rounded.tolist())]
@@ -94,7 +94,7 @@ def _bits(mask: Any, rows: Integers) -> str:  # noqa: ANN401
 
 
 def _align_reference(estimate: AttitudeEstimate) -> Floats:
-    """Return the reference, turned about the vertical unless headings are compared as they are."""
+    """Return the reference, rotated about the vertical if the headings are aligned."""
     reference = estimate.reference
     assert reference is not None
     if estimate.compared_heading == "absolute":

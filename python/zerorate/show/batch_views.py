@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from zerorate.tasks.batch.run import BatchResult
 
 _MAX_ROWS: Final = 20
-"""Rows and notes that are shown; all stand in the summary."""
+"""Largest number of rows and notes shown; the summary file has all."""
 _MAX_BARS: Final = 12
 
 
 def format_batch(result: BatchResult) -> str:
-    """Return the counts of logs by status, the errors of failed ones, and the findings."""
+    """Return the counts of logs by status, the errors of failed logs, and the findings."""
     parts = (
         (_format_counts, _format_reports)
         if result.command == "report"
@@ -57,7 +57,7 @@ def _format_counts(result: BatchResult) -> Iterator[str]:
 
 
 def _format_reports(result: BatchResult) -> Iterator[str]:
-    """Yield a row for each log that needs a person, the most urgent first."""
+    """Yield a row for each log with urgent findings, the most urgent first."""
     logs = summarise_logs(result.outcomes)
     urgent = [log for log in logs if log.act or log.look]
     yield _wrap_line(summary_line(logs))
@@ -78,7 +78,7 @@ def _format_notes(result: BatchResult) -> Iterator[str]:
 
 
 def _format_fleet(result: BatchResult) -> Iterator[str]:
-    """Yield the outliers among the logs, and the count of those that could not be compared."""
+    """Yield the outliers among the logs, and the number of logs that could not be compared."""
     fleet, compared = result.fleet, [item for item in result.in_summary if item.rows]
     unjudged = {log for log, _ in fleet.untested_axes}
     if unjudged:
@@ -108,7 +108,7 @@ def _wrap_line(sentence: str) -> str:
 
 
 def plot_batch(result: BatchResult) -> Figure:
-    """Return a bar for each quantity in which a log stands out: how far, in spreads of all logs."""
+    """Return bars of the outliers: distance of a log's quantity in spreads of all logs."""
     outliers = result.fleet.outliers[:_MAX_BARS]
     height = 5.0 * max(1, len(outliers)) + 2.0
     figure = new_figure(130.0, height + 18.0)

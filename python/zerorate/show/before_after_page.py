@@ -1,4 +1,4 @@
-"""Two reports side by side as a page that stands alone, as a paragraph, and as a figure."""
+"""Comparison of two reports as a self-contained page, as a paragraph, and as a figure."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _ABOUT_TEXT: Final = (
     "difference exceeds three standard errors."
 )
 _MAX_CHANGES: Final = 12
-"""Changes that a terminal, or a figure, shows."""
+"""Largest number of changes in a terminal or a figure."""
 
 
 def format_before_after(comparison: BeforeAfter) -> str:
-    """Return the summary, and the new, gone, worse, better or different findings."""
+    """Return the summary, and the findings that are new, gone, worse, better or different."""
     lines = [
         wrap_prose(
             f"{_log_name(comparison.before)} and {_log_name(comparison.after)}: "
@@ -59,7 +59,7 @@ def _format_change(change: Change) -> str:
 
 
 def plot_before_after(comparison: BeforeAfter) -> Figure:
-    """Return the differences that have standard errors, in units of these."""
+    """Return a figure of the differences in units of their standard errors."""
     differences = [
         (change, change.difference)
         for change in comparison.changes
@@ -87,7 +87,7 @@ def plot_before_after(comparison: BeforeAfter) -> Figure:
 
 
 def before_after_page(comparison: BeforeAfter) -> str:
-    """Return the page as HTML, with figures of both logs in it, no other file and no network."""
+    """Return the page as HTML with figures of both logs; it needs no other file and no network."""
     title = f"{_log_name(comparison.before)} and {_log_name(comparison.after)}: before and after"
     return document(title, _make_body(comparison))
 

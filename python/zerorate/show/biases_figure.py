@@ -1,4 +1,4 @@
-"""The figure of several replays: the bias of each log over time, axis by axis."""
+"""Figure of several replays: the bias of each log over time, axis by axis."""
 
 from __future__ import annotations
 
@@ -34,28 +34,28 @@ if TYPE_CHECKING:
 _COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 _MAX_AXES: Final = 6
 _PANEL_HEIGHT_MM: Final = 18.0
-"""Millimetres."""
+"""Height of a panel, mm."""
 _MAX_SIGMA_RATIO: Final = 5.0
-"""Largest ratio of a band's width to its width at the end at which it is shown whole."""
+"""Largest width of a band that the scale must include, relative to the width at the end."""
 
 
 def plot_summary(replay: Summary) -> Figure:
-    """Return the biases of one log."""
+    """Return a figure of one log's biases."""
     return plot_biases({Path(replay.source).name: replay})
 
 
 def plot_replays(replays: Replays) -> Figure:
-    """Return the biases of several logs over each other."""
+    """Return a figure with the biases of several logs."""
     return plot_biases(replays.results)
 
 
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
-    """Return the biases of several logs over the time since each began.
+    """Return a figure with the biases of several logs over the time since each log's start.
 
-    One panel per axis, a column of a page wide; colours repeat after six logs.
+    It has one panel per axis and is as wide as a page column. The colours repeat after six logs.
 
-    `replays`: by the names of the logs; those whose unit is not that of the first are left out.
-    Axes are compared in their order, the first six.
+    `replays`: replays by the names of the logs. Logs with another unit than the first log are left
+    out. The first six axes are compared, in their order.
     """
     unit_of_data = next(iter(replays.values())).header.unit
     replays = {
@@ -94,7 +94,7 @@ def _draw(panel: Axes, replay: Summary, axis: int, length: float, colour: str, n
 
 
 def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
-    """Set a panel's scale by the converged bias, not by its uncertain start."""
+    """Set the scale by the bias after convergence, not by its uncertain start."""
     histories = [
         history.history for history in replays.values() if axis < len(history.header.names)
     ]
@@ -110,7 +110,7 @@ def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
 
 
 def _band_edges(bias: Floats, sigma: Floats) -> list[float]:
-    """Return the edges of the band while the bias is about as well known as at the end."""
+    """Return the edges of the band where it is not much wider than at the end."""
     finite = np.isfinite(bias) & np.isfinite(sigma)
     known = finite & (sigma <= _MAX_SIGMA_RATIO * sigma[finite][-1]) if finite.any() else finite
     return [*(bias[known] - 2.0 * sigma[known]), *(bias[known] + 2.0 * sigma[known])]

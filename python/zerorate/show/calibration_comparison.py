@@ -12,7 +12,7 @@ _ROW_FORMAT: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
 
 
 def format_comparison(comparison: CalibrationComparison) -> str:
-    """Return a table of the parameters that both records determine, and the notes."""
+    """Return a table of the parameters that both records determine, with the notes."""
     lines = [_ROW_FORMAT.format("parameter", "first", "second", "difference", "z", "").rstrip()]
     lines += [_format_row(comparison, p) for p in comparison.parameters if not math.isnan(p.z)]
     excluded = sum(math.isnan(p.z) for p in comparison.parameters)
@@ -40,7 +40,7 @@ def _format_row(comparison: CalibrationComparison, p: MovedParameter) -> str:
 
 
 def _choose_unit(name: str, gyro_unit: str, accel_unit: str) -> tuple[float, float, str]:
-    """Return a parameter's factor and offset into a unit, and the unit."""
+    """Return a parameter's factor and offset to the shown unit, and this unit."""
     sensor, part, axes = name.split(".")
     raw = gyro_unit if sensor == "gyro" else accel_unit
     known = raw in UNITS

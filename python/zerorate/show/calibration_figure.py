@@ -1,4 +1,4 @@
-"""The figure of a calibration: its data, its gain, and its errors."""
+"""Figure of a calibration: its data, its improvement, and its errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
     from zerorate.record import Recording
 
-# Millimetres.
+# Sizes in mm.
 _LOG, _POSES, _SIZES, _PARAMETERS, _KNOWN = 15.0, 38.0, 19.0, 22.0, 17.0
 _UNDER, _TICKS, _BETWEEN = 6.5, 2.8, 9.0
 _NO_HEAD_MM: Final = 3.0
@@ -37,14 +37,18 @@ _QUESTION: Final = "How far off are the sensors, before and after?"
 def plot_calibration(
     calibration: Calibration, recording: Recording | None = None, everything: bool = False
 ) -> Figure:
-    """Return the figure of a calibration, a column of a page wide.
+    """Return the figure of a calibration, as wide as a page column.
 
-    The raw log of the accelerometer with its rests; poses on the sphere, and where there are none;
-    norm and carry error, rest by rest and turn by turn, before and after; scale error and
-    misalignment with their errors; and the information of the record on each parameter.
+    It has these panels:
 
-    `recording`: what it was found from: shown above all else, with the rests. `everything`: also
-    the raw log of the gyro.
+    - raw accelerometer log with the rests
+    - poses on the sphere, with gaps shaded
+    - error of the norm at each rest and of each rotation, before and after
+    - scale error and misalignment with their errors
+    - information of the record about each parameter
+
+    `recording`: the calibrated recording. Its log and its rests become the top panel. `everything`:
+    also show the raw log of the gyro.
     """
     kinds = ("accel", "gyro") if everything else ("accel",)
     logs = [] if recording is None else [recording[kind] for kind in kinds if kind in recording]
@@ -65,7 +69,7 @@ def plot_calibration(
         first = logs[0].time[0]
         share_time_axis(stack.panels, first / seconds, (first + logs[0].duration) / seconds, unit)
         stack.skip(_UNDER)
-    # Their names stand inside.
+    # The panel of poses has its names inside, so it needs no heading.
     stack.skip(-_NO_HEAD_MM)
     draw_poses(stack.add(), calibration)
     half = 0.5 * (INNER_WIDTH_MM - _BETWEEN)
@@ -90,7 +94,7 @@ def plot_calibration(
 
 
 def _describe_result(calibration: Calibration) -> str:
-    """Return the verdict on validity, and gravity's errors before and after."""
+    """Return the verdict on validity, and the errors of gravity before and after."""
     before, after = 1e3 * calibration.norm_error_raw, 1e3 * calibration.norm_error
     sentence = describe_verdict(calibration)
     sentence = f"{sentence[0].upper()}{sentence[1:]}"

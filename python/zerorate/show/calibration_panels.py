@@ -1,4 +1,4 @@
-"""The panels of a calibration."""
+"""Panels of a calibration figure."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from zerorate.record import Log
 
 _MAX_POSE_GAP_RAD: Final = np.radians(40.0)
-"""Angle from the nearest pose beyond which there is a gap."""
+"""Angle to the nearest pose that counts as a gap, rad."""
 
 _SPHERE_PIXELS: Final = 121
-"""Of the side of a half sphere."""
+"""Side of a half sphere, pixels."""
 
 _MIN_ERROR_RATIO: Final = 0.3
-"""Part of the error that a data sheet states above which a parameter is not identifiable."""
+"""Error relative to the data sheet, above which a parameter is not identifiable."""
 
 _RIM_LABELS: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
 _DIAGONAL: Final = (0, 4, 8)
@@ -51,7 +51,7 @@ _NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
 
 
 def draw_log(axes: Axes, calibration: Calibration, log: Log) -> None:
-    """Draw the raw samples of a sensor, and behind them the rests that were found."""
+    """Draw the raw samples of a sensor, with the rests behind them."""
     _, seconds = time_unit(log.duration)
     for name, colour, values in zip("xyz", AXIS_COLOURS, log.data.T, strict=False):
         quantiles = column_quantiles(values)
@@ -67,7 +67,7 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log) -> None:
 
 
 def _used_samples(calibration: Calibration, log: Log) -> Floats:
-    """Return the samples of rests and turns that were used, all if there are none."""
+    """Return the samples of the rests and rotations that were used; all samples without rests."""
     shown = np.zeros(log.n, dtype=bool)
     spans = [
         (span_source.start, span_source.stop)
@@ -87,13 +87,13 @@ def _used_samples(calibration: Calibration, log: Log) -> Floats:
 
 
 def _extremes(data: Floats) -> Floats:
-    """Return the least and the greatest sample, shape (2,), or (0,) if there is none."""
+    """Return the smallest and the largest sample, shape (2,), or (0,) without samples."""
     finite = data[np.isfinite(data)]
     return np.array([finite.min(), finite.max()]) if finite.size else finite
 
 
 def draw_poses(axes: Axes, calibration: Calibration) -> None:
-    """Draw poses on two half spheres of equal area, and shade where there is none."""
+    """Draw the poses on two half spheres (equal-area projection), and shade the gaps."""
     axes.set_aspect("equal")
     axes.set_axis_off()
     used = np.array([rest.used for rest in calibration.rests], dtype=bool)
@@ -140,13 +140,13 @@ def _shade_gaps(axes: Axes, up: Floats, sign: float, centre: float) -> None:
 
 
 def _project(up: Floats, sign: float) -> tuple[Floats, Floats]:
-    """Return Lambert's projection of directions about the end of z."""
+    """Return Lambert's projection of directions about the positive or negative z axis."""
     stretch = np.sqrt(2.0 / (1.0 + sign * up[:, 2]))
     return up[:, 0] * stretch, up[:, 1] * stretch
 
 
 def draw_norm(axes: Axes, calibration: Calibration) -> None:
-    """Draw the error of the norm of gravity at every rest, before and after."""
+    """Draw the error of gravity's norm at each rest, before and after calibration."""
     write_head(axes, "error of gravity at rest [mg]")
     before = 1e3 * np.abs(_raw_norm_errors(calibration))
     after = 1e3 * np.abs([rest.norm_error for rest in calibration.rests])
@@ -155,7 +155,7 @@ def draw_norm(axes: Axes, calibration: Calibration) -> None:
 
 
 def draw_turn_error(axes: Axes, calibration: Calibration) -> None:
-    """Draw the error of gravity carried through every turn, before and after."""
+    """Draw the error of gravity after each rotation, before and after calibration."""
     write_head(axes, "error after a rotation [deg]")
     before = np.degrees([turn.residual_raw for turn in calibration.turns])
     after = np.degrees([turn.residual for turn in calibration.turns])
@@ -193,7 +193,7 @@ def _draw_sizes(axes: Axes, before: Floats, after: Floats, used: Sequence[bool])
 
 
 def _raw_norm_errors(calibration: Calibration) -> Floats:
-    """Return |raw|/g - 1 of every rest; of an unknown unit, with one scale for all axes."""
+    """Return |raw|/g - 1 at each rest; an unknown unit is replaced by one scale for all axes."""
     norms = np.array([np.linalg.norm(rest.accel) for rest in calibration.rests])
     unit = calibration.accel_units[0]
     if unit in UNITS:
@@ -203,14 +203,14 @@ def _raw_norm_errors(calibration: Calibration) -> Floats:
 
 
 def draw_deviations(axes: Axes, calibration: Calibration) -> None:
-    """Draw scale error and misalignment of both sensors with their errors."""
+    """Draw the scale errors and misalignments of both sensors, with their errors."""
     write_head(axes, "scale (xx yy zz), misalignment [10⁻³]")
     indices = [*range(ACCEL_MATRIX.start, ACCEL_MATRIX.stop)]
     indices += range(GYRO_MATRIX.start, GYRO_MATRIX.stop)
     positions = np.array([*range(9), *range(10, 19)], dtype=np.float64)
     values, sigmas = (1e3 * matrix for matrix in _relative_matrices(calibration))
     known = calibration.identifiable[indices]
-    # What the frame fixes at zero says nothing.
+    # Leave out elements that the frame fixes at zero.
     free = ~known | (sigmas > 0.0) | (values != 0.0)
     for of_sensor, sensor, colour in (
         (positions < 9.0, "accelerometer", BLUE),
@@ -252,7 +252,7 @@ def draw_deviations(axes: Axes, calibration: Calibration) -> None:
 
 
 def _relative_matrices(calibration: Calibration) -> tuple[Floats, Floats]:
-    """Return both matrices over the scale of their rows, less identity, and their errors."""
+    """Return both matrices divided by their row scales, minus identity, and their errors."""
     values, sigmas = [], []
     for sensor in (calibration.accel, calibration.gyro):
         nominal = 1.0
@@ -267,7 +267,7 @@ def _relative_matrices(calibration: Calibration) -> tuple[Floats, Floats]:
 
 
 def draw_parameter_errors(axes: Axes, calibration: Calibration) -> None:
-    """Draw the error of each parameter over what a data sheet states."""
+    """Draw the error of each parameter relative to data-sheet values."""
     write_head(axes, "standard error over a data sheet's")
     groups = [parts[parts > 0.0] for parts in _errors_over_datasheet(calibration)]
     for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
@@ -280,7 +280,7 @@ def draw_parameter_errors(axes: Axes, calibration: Calibration) -> None:
 
 
 def _errors_over_datasheet(calibration: Calibration) -> Iterator[Floats]:
-    """Yield the errors over those that data sheets state, group by group."""
+    """Yield the errors relative to data-sheet values, group by group."""
     scale, cross, offset = DATASHEET_SPREAD
     _, sigmas = _relative_matrices(calibration)
     scales = np.abs(calibration.accel.scale)
@@ -293,10 +293,10 @@ def _errors_over_datasheet(calibration: Calibration) -> Iterator[Floats]:
 
 
 def name_elements(axes: Axes) -> None:
-    """Write the elements of both matrices under their points."""
+    """Write the names of the matrix elements below their points."""
     axes.set_xticks([*range(9), *range(10, 19)], [*_NAMES, *_NAMES])
 
 
 def name_groups(axes: Axes) -> None:
-    """Write the names of the parameters that the points show."""
+    """Write the names of the parameter groups below their points."""
     axes.set_xticks(range(len(_GROUPS)), _GROUPS)

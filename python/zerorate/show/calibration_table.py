@@ -1,4 +1,4 @@
-"""A calibration as plain text: its verdict, every number with its error, and advice."""
+"""Calibration as plain text: verdict, parameters with errors, and advice."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Row = tuple[str, ...]
 _AXES: Final = ("x", "y", "z")
 _UNKNOWN_TEXT: Final = "not identifiable"
 _MAX_LISTED: Final = 12
-"""Rests and turns that are listed one by one."""
+"""Largest number of rests and rotations that are listed one by one."""
 
 _FRAMES: Final = {
     "x": "x is that of the accelerometer, y lies in its x-y plane",
@@ -32,7 +32,7 @@ _FRAMES: Final = {
 
 
 def describe_verdict(calibration: Calibration) -> str:
-    """Return the verdict on a calibration, with the reason if it is not valid, in one sentence."""
+    """Return the verdict on a calibration in one sentence, with the reason if it is not valid."""
     if calibration.valid:
         return "the calibration is valid"
     first, *more = calibration.problems
@@ -43,8 +43,8 @@ def describe_verdict(calibration: Calibration) -> str:
 def format_calibration(calibration: Calibration) -> str:
     """Return the tables of a calibration, at most `WIDTH` columns wide.
 
-    First the verdict, then problems before any number, each sensor, the rotation
-    between them, errors before and after, rests and turns, advice.
+    The order is: verdict, problems, each sensor, the rotation between the sensors, errors before
+    and after, rests and rotations, advice.
     """
     return "\n\n".join(filter(None, _format_parts(calibration)))
 
@@ -65,7 +65,7 @@ def _format_parts(calibration: Calibration) -> Iterator[str]:
 
 
 def format_corrected(result: Corrected) -> str:
-    """Return the notes on the correction, with its calibration."""
+    """Return the notes on the correction and on its calibration."""
     return bullet_list(result.notes)
 
 
@@ -123,7 +123,7 @@ def _scale_and_bias_rows(sensor: SensorCalibration, si: str, shown: str) -> Iter
 def _convert_shown(
     sensor: SensorCalibration, coefficients: Sequence[Coefficient], axis: int, si: str, unit: str
 ) -> list[Coefficient]:
-    """Return numbers in the raw unit of an axis in another unit."""
+    """Return numbers of an axis, converted from its raw unit to another unit."""
     if sensor.raw_unit in UNITS:
         factor = convert(1.0, sensor.raw_unit, unit)
     else:
@@ -132,7 +132,7 @@ def _convert_shown(
 
 
 def _scale_coefficient(coefficient: Coefficient, factor: float, offset: float = 0.0) -> Coefficient:
-    """Return a number less an offset in another unit; a bound of one sign means nothing here."""
+    """Return a converted number minus an offset; a one-sided bound is not converted."""
     value, sigma = factor * (coefficient.value - offset), factor * coefficient.sigma
     if coefficient.identifiable:
         return Coefficient(value, sigma)
@@ -141,7 +141,7 @@ def _scale_coefficient(coefficient: Coefficient, factor: float, offset: float = 
 
 def _misalignment_rows(sensor: SensorCalibration) -> Iterator[Row]:
     for i, row in enumerate(sensor.misalignment):
-        # An axis that leans by more than half a right angle is another axis.
+        # An axis that is off by more than 45 deg is another axis.
         is_swapped = max(map(abs, row)) > 1.0
         cells = [
             DASH if is_swapped else _format_cell(_scale_coefficient(coefficient, 1e3))
@@ -158,7 +158,7 @@ def _format_row(label: str, unit: str, coefficients: Sequence[Coefficient]) -> R
 def _format_cell(coefficient: Coefficient) -> str:
     if not coefficient.identifiable:
         return _UNKNOWN_TEXT
-    # What the frame or the caller fixed has no error.
+    # Values fixed by the frame or by the user have no error.
     return (
         format_with_error(coefficient.value, coefficient.sigma)
         if coefficient.sigma or coefficient.value
@@ -202,7 +202,7 @@ def _format_number(value: float) -> str:
 
 
 def _list_material(calibration: Calibration) -> str:
-    """Return the data of the calibration, and those left out or odd, with reasons."""
+    """Return the data of the calibration, and the unused or unusual data with reasons."""
     counts = [
         _count_used("rest", calibration.rests),
         _count_used("turn", calibration.turns),

@@ -1,4 +1,4 @@
-"""A figure of a check of a recording: when each sensor is seen to be right, or mistaken."""
+"""Figure of a check: when each sensor is confirmed, and when it is wrong."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
     from zerorate.checks.result import Checks
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _HEIGHT = 120.0, 42.0
 _ROWS: Final = ("magnetometer", "gyro")
 
 
 def plot_checks(checks: Checks) -> Figure:
-    """Return a bar for each span in which a sensor is seen to be right, or mistaken."""
+    """Return a figure with a bar for each span in which a sensor is confirmed or wrong."""
     figure = new_figure(_WIDTH, _HEIGHT)
     axes = add_panel(figure, 0.2 * _WIDTH, 0.34 * _HEIGHT, 0.76 * _WIDTH, 0.46 * _HEIGHT)
     for row, finding in enumerate((checks.magnetometer, checks.gyro)):

@@ -1,4 +1,4 @@
-"""A check of a recording as plain text: mistakes, confirmed axes, open questions."""
+"""Check of a recording as plain text: mistakes, confirmed axes, open questions."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from zerorate.noise.coefficient import Coefficient
 
 _MAX_LISTED: Final = 3
-"""Spans of time, and alternatives, that are listed."""
+"""Largest number of spans and alternatives that are listed."""
 
 
 def format_checks(checks: Checks) -> str:
-    """Return the findings of a check; alarms come first, a line each."""
+    """Return the findings of a check, one per line; alarms come first."""
     return "\n\n".join(filter(None, ("\n".join(checks.alarms), *_format_parts(checks))))
 
 

@@ -1,4 +1,4 @@
-"""Results as columns: one row for each axis, finding, parameter, averaging time or sample."""
+"""Results as columns, with one row per axis, finding, parameter, averaging time or sample."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _AXES: Final = "xyz"
 def columns_of(result: object) -> tuple[Columns, dict[str, str]]:
     """Return the columns of a log or a result by name, all of one length, and metadata.
 
-    A result with samples gives the columns of its log, with rate, unit and names as metadata; any
-    other one a row for each of its parts, with ``*_sigma``, ``*_identifiable`` and ``*_upper`` next
-    to each estimated parameter.
+    A result with samples has the columns of its log, with rate, unit and names as metadata. Another
+    result has a row for each of its parts. Next to each estimated parameter are ``*_sigma``,
+    ``*_identifiable`` and ``*_upper``.
     """
     log = _log_of(result)
     if log is not None:
@@ -54,17 +54,17 @@ def _log_of(result: object) -> Log | None:
 
 
 def columns_from(rows: Iterable[Row]) -> Columns:
-    """Return rows as columns; None where a row lacks a name that another one has."""
+    """Convert rows to columns; a name that a row lacks becomes None."""
     table = list(rows)
     names = dict.fromkeys(name for row in table for name in row)
     return {name: [row.get(name) for row in table] for name in names}
 
 
 def flatten(item: object, prefix: str = "") -> dict[str, object]:
-    """Return the numbers and words of an object by name: one row of a table.
+    """Return the numbers and words of an object by name, as a row of a table.
 
-    Vectors of three become ``*_x``, ``*_y``, ``*_z``, sentences one text; longer arrays, logs and
-    other objects are left out.
+    Vectors of three become ``*_x``, ``*_y`` and ``*_z``. Several sentences become one text. Longer
+    arrays, logs and other objects are left out.
     """
     row: dict[str, object] = {}
     for name, value in _public_values(item):
@@ -106,7 +106,7 @@ def _coefficient_cells(name: str, value: Coefficient) -> dict[str, object]:
 
 
 def _samples(*names: str) -> Callable[[Any], Columns]:
-    """Return a function that gives arrays of a result as columns, a column for each channel."""
+    """Return a function that converts arrays of a result to columns, one per channel."""
 
     def columns(result: Any) -> Columns:  # noqa: ANN401
         table: Columns = {}
@@ -124,7 +124,7 @@ def _samples(*names: str) -> Callable[[Any], Columns]:
 
 
 def _items(attribute: str) -> Callable[[Any], Columns]:
-    """Return a function that gives a row for each part of a result."""
+    """Return a function that yields a row for each part of a result."""
     return lambda result: columns_from(map(flatten, getattr(result, attribute)))
 
 
@@ -133,7 +133,7 @@ def _characterised_rows(result: Any) -> Iterator[Row]:  # noqa: ANN401
 
 
 def _of_many(rows: Callable[[Any], Iterable[Row]]) -> Callable[[Any], Columns]:
-    """Return a function that joins the rows of the results of several sensors."""
+    """Return a function that joins the rows of several sensors."""
     return lambda many: columns_from(
         {"sensor": name, **row} for name, result in many.results.items() for row in rows(result)
     )
@@ -258,4 +258,4 @@ _COLUMNS: Final[Mapping[str, Callable[[Any], Columns]]] = {
     "tasks.replay.result.Summary": _rows(replay_rows),
     "tasks.trace.Trace": _samples(*_TRACE),
 }
-"""The columns of results without samples of a log, by module and class."""
+"""Functions for results without samples, by module and class."""

@@ -1,4 +1,4 @@
-"""A comparison as a figure: each measure a panel, each method a row, each axis a dot."""
+"""Figure of a comparison: a panel per measure, a row per method, a dot per axis."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ if TYPE_CHECKING:
     from zerorate.tasks.compare.task import Compared
 
 _MAX_PANELS: Final = 3
-"""Panels: a fourth would leave no room for numbers. The table has all measures."""
+"""Largest number of panels, so that numbers fit. The table has all measures."""
 
-# Millimetres.
+# Sizes in mm.
 _LABELS_WIDTH_MM, _NUMBERS_WIDTH_MM, _EDGE_MM = 20.0, 8.0, 1.5
 _ROW_HEIGHT_MM: Final = 3.4
 _POINTS_PER_INCH: Final = 72.0
-"""In an inch."""
+"""Points in an inch."""
 
 _MIN_LOG_RATIO: Final = 20.0
-"""Ratio of the largest value to the least above which a scale is logarithmic."""
+"""Ratio of the largest to the smallest value above which a scale is logarithmic."""
 
 
 class _Method(NamedTuple):
-    """A method and its results by each measure, axis by axis."""
+    """A method with its results for each measure and axis."""
 
     name: str
     values: tuple[tuple[float, ...], ...]
@@ -54,7 +54,7 @@ class _Method(NamedTuple):
 
 
 def plot_compared(result: Compared) -> Figure:
-    """Return the figure of the first kind of recording; ValueError without any."""
+    """Return the figure for the first kind of recording. Raises ValueError without recordings."""
     comparison = next((candidate for candidate in result.comparisons if candidate.rows), None)
     if comparison is None:
         raise ValueError("simulated gyros have no figure: the table has all numbers")
@@ -62,11 +62,11 @@ def plot_compared(result: Compared) -> Figure:
 
 
 def plot_compare(comparison: Comparison) -> Figure:
-    """Plot each method's score by the measures that decide for its kind of recording.
+    """Return a figure of each method's scores by the main measures of its kind of recording.
 
-    There is one panel per measure, three at most, with one row per method: one dot per axis, and a
-    bar and a number for their mean. Of the methods that use no later sample, the best by the first
-    measure is coloured.
+    There is one panel per measure, three at most, with one row per method. A row has one dot per
+    axis, and a bar and a number for the mean. The best method by the first measure is coloured;
+    methods that use later samples are not considered.
     """
     section = leading_section(comparison)
     rows_by_method = [
@@ -93,7 +93,7 @@ def plot_compare(comparison: Comparison) -> Figure:
             _LABELS_WIDTH_MM + i * panel_width, panel_width - _NUMBERS_WIDTH_MM, last=last
         )
         _draw_measure(panel, measure, [(item.values[i], item.mean(i)) for item in methods], best)
-    # No `finish`: its powers of ten are for scales, and a row is no number.
+    # Do not call `finish`: its powers of ten are for scales, and the rows have no scale.
     style_panels(figure.panels)
     write_corner(figure.figure, _describe_source(comparison.rows), 0.0, 0.0)
     for i, panel in enumerate(figure.panels):
@@ -128,7 +128,7 @@ def _find_best(methods: Sequence[_Method], measures: Sequence[Measure]) -> int |
 
 
 def _is_causal(method: _Method) -> bool:
-    """Return True if a method has no dagger."""
+    """Return True if a method is not marked with a dagger."""
     return method.name[-1] not in "†‡"
 
 
@@ -148,7 +148,7 @@ def _describe_best(methods: Sequence[_Method], measures: Sequence[Measure]) -> s
 
 
 def _thin_ticks(axes: Axes) -> None:
-    """Leave a narrow panel as few numbers as it has room for."""
+    """Reduce the numbers of a narrow panel to those that fit."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     if axes.get_xscale() == "log":

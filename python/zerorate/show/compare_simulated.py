@@ -1,4 +1,4 @@
-"""The regret of methods on simulated gyros as tables of text."""
+"""Regret of methods on simulated gyros, as text tables."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -24,7 +24,7 @@ _COVERAGE_NOTE: Final = (
 
 
 def format_compared(result: Compared, per_axis: bool = False) -> str:
-    """Return the tables of recordings, then those of simulated gyros."""
+    """Return the tables of recordings, then the tables of simulated gyros."""
     parts = [format_compare(result.comparisons, per_axis)] if result.comparisons else []
     return "\n\n".join((*parts, *map(format_regret, result.simulated)))
 
@@ -35,13 +35,14 @@ def format_regret(regret: Regret) -> str:
     Parameters
     ----------
     regret : Regret
-        What to show.
+        Result to show.
 
     Returns
     -------
     str
-        Lines without an end: regret with its mean and worst, models whose drift dies away apart,
-        and the coverage of methods that give a sigma.
+        Lines without a final line end. They have the regret with its mean and maximum, and the
+        coverage of methods with a standard deviation. Models with a decaying drift are listed
+        separately.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A comparison as plain text: tables of all recordings of a kind, or of every axis."""
+"""Comparison as plain text: tables of all recordings of a kind, or of every axis."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,19 +19,19 @@ from zerorate.tasks.compare.trial import Kind
 
 @dataclass(frozen=True)
 class Measure:
-    """One measure in a table.
+    """A measure in a table.
 
     Attributes
     ----------
     name, head : str
-        In the rows of a comparison, and over its column.
+        Name in the rows of a comparison, and head of the column.
     factor : float
-        From SI to the unit shown.
+        Factor from SI to the shown unit.
     ideal : float
-        The value of a perfect filter; the worst axis is that farthest from it.
+        Value of a perfect filter. The worst axis has the largest distance from it.
     of_one : bool
-        True if it can be compared only within one recording, so that it is in tables of one
-        axis only.
+        True if the measure can only be compared within a recording. It is then shown only in tables
+        of one axis.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Measure:
     of_one: bool = False
 
     def of(self, row: Row) -> float:
-        """Return the value shown of a row."""
+        """Return a row's value in the shown unit."""
         known = self.factor if row.angle == "rad" else 1.0
         return known * row.values.get(self.name, math.nan)
 
@@ -52,22 +52,22 @@ class Measure:
         return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf
 
     def text(self, value: float) -> str:
-        """Return a value as it is shown."""
+        """Return a value as text."""
         return format_or_dash(value)
 
 
 @dataclass(frozen=True)
 class Section:
-    """A table of some measures.
+    """A table of related measures.
 
     Attributes
     ----------
     title : str
-        Of what the measures are.
+        Title of the table.
     measures : tuple of Measure
-        Its columns.
+        Columns of the table.
     question : str
-        What they answer.
+        Question that the measures answer.
     """
 
     title: str
@@ -154,7 +154,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
         ),
     ),
 }
-"""The tables of each kind in their order; a deviation at rest comes last, for it says least."""
+"""Tables of each kind, in order; the deviation at rest is last, as it is least informative."""
 
 _DAGGER_NOTE: Final = "†: chosen with knowledge of the whole record, which no filter has"
 _DOUBLE_DAGGER_NOTE: Final = "‡: uses later samples, which no live filter can"
@@ -198,12 +198,12 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 
 
 def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) -> str:
-    """Return the tables of each kind, at most `WIDTH` columns wide, with their notes.
+    """Return the tables of each kind, at most `WIDTH` columns wide, with notes.
 
-    A dash stands where a number means nothing.
+    A dash replaces a number without meaning.
 
-    `per_axis`: give every axis tables of its own; by default each number is the mean over
-    all axes of all recordings of the kind, with that of the worst axis next to it.
+    `per_axis`: True gives tables for every axis. By default each number is the mean over all axes
+    of all recordings of the kind, with the worst axis next to it.
     """
     return "\n\n".join(
         part for comparison in comparisons for part in _format_parts(comparison, per_axis)
@@ -211,7 +211,7 @@ def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) ->
 
 
 def leading_section(comparison: Comparison) -> Section:
-    """Return the measures that come first for recordings of this kind."""
+    """Return the main measures for recordings of this kind."""
     section = _SECTIONS[comparison.kind][0]
     return (
         section
@@ -263,7 +263,7 @@ def _has_nis(row: Row) -> bool:
 
 
 def explain_acausal(causal: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the meaning of the mark where a method has it, and the reason for a user's own."""
+    """Yield the meaning of the dagger if a method has it, and the reason for a user's method."""
     acausal = [method for method, known in causal.items() if not known]
     if acausal:
         yield _DOUBLE_DAGGER_NOTE
@@ -278,7 +278,7 @@ def _causality(comparison: Comparison) -> dict[str, bool]:
 
 
 def _contaminated_section(section: Section, contamination: Contamination) -> Section:
-    """Return a section of the errors alone, with the ratios to those on the clean record."""
+    """Return a section of errors with contamination, and their ratio to the clean record."""
     errors = [
         measure
         for measure in section.measures
@@ -300,7 +300,7 @@ def _make_axis_table(section: Section, rows: Sequence[Row]) -> Table:
         (method_label([row]), *(measure.text(measure.of(row)) for measure in measures))
         for row in rows
     )
-    # Of an unknown unit no more can be said.
+    # With an unknown unit, drop the unit from the head.
     head = (
         measure.head if first.angle == "rad" else measure.head.partition(",")[0]
         for measure in measures
@@ -320,7 +320,7 @@ def _make_summary_table(section: Section, axes: Sequence[Sequence[Row]]) -> Tabl
         for rows in zip(*axes, strict=True)
     )
     last = 2 * len(measures)
-    spare = (*range(last, 1, -2), *range(last - 1, 1, -2))  # the worst, then means
+    spare = (*range(last, 1, -2), *range(last - 1, 1, -2))  # first the worst axes, then means
     return Table(title, ("method", *head), _drop_empty_rows(lines), spare=spare)
 
 
@@ -335,15 +335,15 @@ def _mean_and_worst(measure: Measure, rows: Sequence[Row]) -> tuple[str, str]:
 
 
 def _drop_empty_rows(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
-    """Return the rows of methods that have a number in this table."""
+    """Return the rows of methods with at least one number in this table."""
     return tuple(line for line in lines if any(cell != DASH for cell in line[1:]))
 
 
 def method_label(rows: Sequence[Row]) -> str:
-    """Return the label of a method, from its rows."""
+    """Return the label of a method from its rows."""
     return mark_method(rows[0].method, all(row.causal for row in rows))
 
 
 def mark_method(method: str, causal: bool) -> str:
-    """Return the name of a method with a dagger if it uses later samples or the truth."""
+    """Return a method's name, with a dagger if it uses later samples or the truth."""
     return f"{method}{'†' if method == HINDSIGHT_METHOD else '' if causal else '‡'}"

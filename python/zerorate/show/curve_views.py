@@ -1,4 +1,4 @@
-"""Tables of deviation curves, and figures of models and covariances that are curves."""
+"""Tables of deviation curves, and figures of models and covariances as curves."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
 
 _CURVE_STYLES: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
-"""Colours of successive curves: three that all can distinguish, then other strokes."""
-# Millimetres.
+"""Styles of successive curves: three colours that all readers distinguish, then dashes."""
+# Sizes in mm.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
 _UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "unit"}
 
 
 def format_allan_result(result: AllanResult) -> str:
-    """Return the deviations with their bounds at each averaging time, in a data-sheet unit."""
+    """Return the deviations with bounds at each averaging time, in a data-sheet unit."""
     shown = choose_display_unit(result)
     head = ("tau, s", *(name or "deviation" for name in result.names))
     rows = tuple(
@@ -62,7 +62,7 @@ def _format_bounded(axis: AllanResult, i: int, factor: float) -> str:
 
 
 def format_dynamic(result: DynamicAllan) -> str:
-    """Return, at each averaging time, the least, middle and largest deviation of all windows."""
+    """Return the smallest, median and largest deviation of all windows, per averaging time."""
     shown = choose_display_unit(result)
     rows = tuple(
         (f"{shorten(tau, 4)}", *_format_spread(shown.factor * values))
@@ -81,7 +81,7 @@ def _format_spread(values: np.ndarray) -> tuple[str, str, str]:
 
 
 def plot_noise_model(model: NoiseModel) -> Figure:
-    """Return the Allan deviation that a model expects, and that of each of its terms."""
+    """Return a figure of a model's Allan deviation, and the deviation of each term."""
     figure, axes = _make_panel("Which Allan deviation does the model predict?")
     taus = np.logspace(-3.0, 5.0, 161)
     axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
@@ -95,7 +95,7 @@ def plot_noise_model(model: NoiseModel) -> Figure:
 
 
 def _split_terms(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
-    """Yield each term of a model that is not zero as a model of its own."""
+    """Yield a model for each term that is not zero."""
     for term in TERMS[model.quantity]:
         value = getattr(model, term.field)
         if value.known and value.identifiable and float(value) != 0.0:
@@ -107,7 +107,7 @@ def _split_terms(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
 
 
 def plot_arma_model(model: ArmaModel) -> Figure:
-    """Return the density that a model expects, over frequency in parts of the rate."""
+    """Return a figure of a model's spectral density over frequency, relative to the rate."""
     figure, axes = _make_panel(f"Which spectrum does {arma_name(model)} expect?")
     frequencies = np.logspace(-5.0, np.log10(0.5), 400)
     axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
@@ -118,7 +118,7 @@ def plot_arma_model(model: ArmaModel) -> Figure:
 
 
 def plot_allan_covariance(result: AllanCovariance) -> Figure:
-    """Return the Allan deviation of each gyro, and the mean of the correlations of all pairs."""
+    """Return a figure of each gyro's Allan deviation, and of the mean correlation of all pairs."""
     full_height = 1.5 * _HEIGHT
     figure = new_figure(_WIDTH, full_height)
     left, width = 0.16 * _WIDTH, 0.8 * _WIDTH
@@ -143,7 +143,7 @@ def plot_allan_covariance(result: AllanCovariance) -> Figure:
 
 
 def format_allan_covariance(result: AllanCovariance) -> str:
-    """Return the Allan deviation of each gyro and the mean correlation, at each averaging time."""
+    """Return each gyro's Allan deviation and the mean correlation, per averaging time."""
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     rows = tuple(

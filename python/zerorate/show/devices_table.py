@@ -1,4 +1,4 @@
-"""The gyros that can be simulated, as plain text."""
+"""Gyros for simulation, as plain text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from zerorate.units import convert
 
 
 def format_devices() -> str:
-    """Return a table of the gyros with their noise, and the sources of the numbers."""
+    """Return a table of the gyros with their noise and the sources of the numbers."""
     head = ("device", "N, deg/s/√Hz", "B, deg/h", "turn-on, deg/s", "step, deg/s")
     note = "N: noise density; B: bias instability; step: resolution."
     rows = tuple(map(_row, DEVICES.values()))

@@ -1,4 +1,4 @@
-"""The map of a deviation that changes along a record."""
+"""Map of a deviation that changes along a record."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _HEIGHT = 125.0, 70.0
 _MAP_MM: Final = (15.0, 15.0, 88.0, 52.0)
 _BAR_MM: Final = (106.0, 15.0, 3.5, 52.0)
 
 
 def plot_dynamic(result: DynamicAllan) -> Figure:
-    """Return the map of a dynamic deviation: time across, averaging time up, size as colour.
+    """Return the map of a dynamic deviation: time across, averaging time up, deviation as colour.
 
-    Colours of equal steps to the eye that colour-blind readers can distinguish, on a logarithmic
-    scale.
+    The colours have visually equal steps on a logarithmic scale, and colour-blind readers can
+    distinguish them.
 
-    `result`: missing values are grey.
+    `result`: dynamic deviation. Missing values are grey.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     axes = add_panel(figure, *_MAP_MM)
@@ -77,7 +77,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 
 def _caption(result: DynamicAllan) -> str:
-    """Return the length of a window, and the reasons for grey."""
+    """Return the length of a window, and the reason for grey areas."""
     reasons = ["no window centred there"]
     if not np.all(result.deviation > 0.0):
         reasons.append("no deviation because of gaps or constant samples")

@@ -1,4 +1,4 @@
-"""Two feet: their asymmetry as a table, their tracks as a figure."""
+"""Views of two feet: the asymmetry as a table, the tracks as a figure."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def format_feet(feet: Feet) -> str:
 
 
 def plot_feet(feet: Feet) -> Figure:
-    """Return the figure of both tracks, a column of a page wide."""
+    """Return the figure of both tracks, as wide as a page column."""
     caption = f"Dots: stances. {feet.bound_count} times at the bound of {feet.distance:g} m."
     answer = f"{feet.left.distance:.1f} m left, {feet.right.distance:.1f} m right."
     stack = Stack("Where did both feet walk?", answer, caption, [_PATH_HEIGHT_MM], 6.5)

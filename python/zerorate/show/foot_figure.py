@@ -1,4 +1,4 @@
-"""The figure of a foot's track: its path, the speed bound with its stances, height."""
+"""Figure of a foot's track: path, height, and the speed bound with its stances."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from zerorate.foot.foot import FootTrack
     from zerorate.types import Floats
 
-# Millimetres.
+# Sizes in mm.
 _PATH, _PANEL, _UNDER_PATH = 58.0, 16.0, 6.5
 _MAX_POINTS: Final = 4000
 _CIRCLE_ANGLES: Final = np.linspace(0.0, 2.0 * math.pi, 49)
 
 
 def plot_foot(track: FootTrack) -> Figure:
-    """Return the figure of a foot's track, a column of a page wide.
+    """Return the figure of a foot's track, as wide as a page column.
 
-    The path with its stances and an ellipse of two standard deviations at the end; over time the
-    speed bound and the height.
+    The top panel is the path with its stances. An ellipse of two standard deviations marks the end.
+    The other panels are the speed bound and the height over time.
     """
     caption = "Dots: stances. Ellipse and band: ± 2σ. Stances are minima of the speed bound."
     heights = [_PATH, _PANEL, _PANEL]
@@ -104,6 +104,6 @@ def _draw_path(axes: Axes, track: FootTrack) -> None:
     half = 0.56 * max(highs[0] - lows[0], (highs[1] - lows[1]) / aspect, 1.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * aspect, middle[1] + half * aspect)
-    # Holds in axes of another shape, too.
+    # This is valid for axes of another shape, too.
     axes.set_aspect("equal", adjustable="datalim")
     write_names(axes, 4)

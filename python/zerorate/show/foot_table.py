@@ -1,4 +1,4 @@
-"""The track of a foot as plain text: its distance, its end, its strides."""
+"""Track of a foot as plain text: distance, end, strides."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def format_foot(track: FootTrack) -> str:
     """Return the tables of a foot's track, at most `WIDTH` columns wide.
 
-    Where it ends with standard deviations, strides, notes.
+    They have the end position with standard deviations, the strides, and notes.
     """
     return "\n\n".join(_format_parts(track))
 
@@ -68,5 +68,5 @@ def _make_row(name: str, unit: str, values: Floats) -> tuple[str, ...]:
     if not finite.size:
         return (name, unit, "-", "-", "-")
     shown = (np.median(finite), finite.min(), finite.max())
-    # No minus before what rounds to zero.
+    # Avoid a minus sign before a rounded zero.
     return (name, unit, *(f"{round(float(x), 2) + 0.0:.2f}" for x in shown))

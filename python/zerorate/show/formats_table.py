@@ -1,4 +1,4 @@
-"""Formats that are read, and the explanation of a file, as plain text."""
+"""Readable formats, and the explanation of a file, as plain text."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from zerorate.io.packets import PacketProtocol
 
 _MAX_COLUMNS: Final = 40
-"""Columns of a topic that are listed."""
+"""Largest number of columns of a topic that are listed."""
 
 
 def format_formats(
     logs: Iterable[FormatSupport], fixes: Iterable[FormatSupport], packets: Iterable[PacketProtocol]
 ) -> str:
-    """Return the formats of logs, those of receivers, and packets of devices, as tables."""
+    """Return tables of the formats of logs and receivers, and of the packets of devices."""
     tables = (
         _format_formats("Logs that are read", logs),
         _format_formats("Positions that are read", fixes),
@@ -59,7 +59,7 @@ def _describe_extra(known_format: FormatSupport) -> str:
 
 
 def format_explanation(explanation: Explanation) -> str:
-    """Return the explanation of a file: its format and why, its logs, its columns, notes."""
+    """Return the explanation of a file: format with reason, logs, columns, notes."""
     parts = [
         wrap_prose(
             f"{Path(explanation.source).name} is read as {explanation.format}: "

@@ -1,7 +1,7 @@
 """Panels of a figure, drawn into axes of the caller.
 
-A function that draws a figure asks `next_panel` for each panel in turn. While `draw_into` runs, the
-main panel and those after it are the caller's axes; everything drawn elsewhere is thrown away.
+A function that draws a figure calls `next_panel` for each panel. While `draw_into` runs, the main
+panel and the panels after it are the caller's axes. All other panels are thrown away.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class _Panels:
-    """Axes of the caller, the panels to skip before them, and the panels that were added."""
+    """Axes of the caller, the number of panels to skip before them, and the panels added."""
 
     axes: Sequence[Axes]
     main: int
@@ -38,25 +38,25 @@ _PANELS: Final[ContextVar[_Panels | None]] = ContextVar("panels", default=None)
 
 
 def next_panel(make: Callable[[bool], Axes]) -> Axes:
-    """Return the caller's axes for the next panel of a figure, or those that `make` returns.
+    """Return the caller's axes for the next panel of a figure, or axes made by `make`.
 
-    `make` takes True if the new axes may share the time axis of an earlier panel.
+    `make` is called with True if the new axes may share the time axis of an earlier panel.
     """
     panels = _PANELS.get()
     return make(True) if panels is None else panels.add(lambda: make(False))
 
 
 def draw_into(draw: Callable[[], Figure], ax: Axes | Sequence[Axes], main: int) -> Figure:
-    """Draw panels of a figure into given axes, and return the figure of the axes.
+    """Draw panels of a figure into given axes, and return the figure of these axes.
 
     Parameters
     ----------
     draw : callable
-        Draws the figure.
+        Function that draws the figure.
     ax : Axes or sequence of Axes
-        Axes for the main panel, or for the main panel and those that follow it.
+        Axes for the main panel, or for the main panel and the panels after it.
     main : int
-        Index of the main panel among the panels of the figure.
+        Index of the main panel in the figure.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def draw_into(draw: Callable[[], Figure], ax: Axes | Sequence[Axes], main: int) 
 
 
 def _finish(axes: Axes, figure: Figure, panels: Sequence[Axes]) -> None:
-    """Give axes what the figure says outside of them: numbers of the time axis, names of lines."""
+    """Add to the axes what the figure has outside them: time numbers and names of lines."""
     axes.tick_params(bottom=True, labelbottom=True, left=True, labelleft=True)
     if not axes.get_xlabel():
         axes.set_xlabel(next((one.get_xlabel() for one in panels[::-1] if one.get_xlabel()), ""))
@@ -90,7 +90,7 @@ def _finish(axes: Axes, figure: Figure, panels: Sequence[Axes]) -> None:
 
 
 def _scale_texts(axes: Axes) -> None:
-    """Scale letters such that those of the axis labels have matplotlib's ``font.size``."""
+    """Scale the letters, so that axis labels have matplotlib's ``font.size``."""
     from matplotlib import rcParams
     from matplotlib.text import Text
 
@@ -103,5 +103,5 @@ def _scale_texts(axes: Axes) -> None:
     for text in axes.findobj(Text):
         if text not in ticks:
             text.set_fontsize(scale * text.get_fontsize())
-            # A dollar sign in a name begins no formula.
+            # A dollar sign in a name must not start a formula.
             text.set_parse_math(False)

@@ -1,4 +1,4 @@
-"""The figure of an identification."""
+"""Figure of an identification."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
     from zerorate.tasks.identify import Identified
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 14.0, 4.0, 9.0, 16.0
 _PANEL: Final = 36.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 14.0, 14.0
 _ROWS, _COLUMNS = 4, 3
 
-# Of the usual six, in a column of a page.
+# Sizes for the usual six panels in a page column.
 _HEIGHTS_MM: Final = (15.0, 24.0, 20.0, 20.0)
 _PANEL_COUNT: Final = 6
 _AXIS_HEIGHT_MM, _COLUMN_GAP_MM = 6.5, 10.0
@@ -58,19 +58,22 @@ _SHORT_CAPTION: Final = (
 
 
 def plot_identified(result: Identified) -> Figure:
-    """Return the figure of the first axis; those of the others are by `plot_identification`."""
+    """Return the figure of the first axis; `plot_identification` draws the other axes."""
     return plot_identification(result.axes[0])
 
 
 def plot_identification(identification: Identification, everything: bool = False) -> Figure:
-    """Return the figure of one axis, a column of a page wide.
+    """Return the figure of one axis, as wide as a page column.
 
-    The record with the means of its segments and where it moved; its spectrum with those of the
-    models; its correlation and the criteria of all orders; correlation and quantiles of the
-    residuals.
+    The panels are:
 
-    `everything`: all nine panels instead, 180 mm wide: also partial autocorrelation, the orders of
-    autoregressions, and the coefficients as they are learned online.
+    - record with the means of its segments and its motion
+    - spectrum of the record and of the models
+    - autocorrelation, and the criteria of all orders
+    - autocorrelation and quantiles of the residuals
+
+    `everything`: draw all nine panels instead, 180 mm wide. This adds the partial autocorrelation,
+    the orders of autoregressive models, and the coefficients during online learning.
     """
     if everything:
         return _plot_all_panels(identification)
@@ -111,7 +114,7 @@ def plot_identification(identification: Identification, everything: bool = False
 def _add_panel(
     stack: Stack, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True
 ) -> Axes:
-    """Return the next panel, under which a row of panels leaves room for its own axis."""
+    """Return the next panel; in a row of panels it leaves room for its own axis."""
     panel = stack.add(left, width, last)
     if last and len(stack.panels) < _PANEL_COUNT:
         stack.skip(_AXIS_HEIGHT_MM)
@@ -119,7 +122,7 @@ def _add_panel(
 
 
 def _describe_model(identification: Identification) -> str:
-    """Return the model, and True if it leaves white residuals."""
+    """Return the model's description, and True if its residuals are white."""
     p = identification.whiteness.ljung_box.p_value
     verdict = "its residuals may be white" if p > _SIGNIFICANCE else "its residuals are not white"
     name = model_name(identification.model.order)
@@ -158,7 +161,7 @@ def _plot_all_panels(identification: Identification) -> Figure:
 
 
 def _add_grid_panel(figure: Figure, height: float, row: int, column: int, span: int = 1) -> Axes:
-    """Return the panel at a place of the grid, so many columns wide."""
+    """Return the panel at a position of the grid, `span` columns wide."""
     inner = _WIDTH - _LEFT - _RIGHT - (_COLUMNS - 1) * _BETWEEN_COLUMNS
     single = inner / _COLUMNS
     left = _LEFT + column * (single + _BETWEEN_COLUMNS)

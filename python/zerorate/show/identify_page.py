@@ -1,4 +1,4 @@
-"""An identification as a page that stands alone: no script, no network, no other file."""
+"""Identification as a self-contained page, without script, network or other files."""
 
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,10 +18,10 @@ from zerorate.texts import describe_missing_extra
 
 
 def identified_page(result: Identified, with_figures: bool = True, everything: bool = False) -> str:
-    """Return the page of all axes of a log.
+    """Return the page with all axes of a log.
 
-    `with_figures`: with a figure of each axis, of all panels if `everything`; ImportError without
-    matplotlib.
+    `with_figures`: add a figure for each axis, with all panels if `everything` is True. This raises
+    ImportError without matplotlib.
     """
     drawings = (
         {axis.name: _render_svg(axis, everything) for axis in result.axes} if with_figures else {}
@@ -37,7 +37,7 @@ def _render_svg(identification: Identification, everything: bool) -> bytes:
     from zerorate.show.identify_figure import plot_identification
 
     buffer = BytesIO()
-    # The same log gives the same bytes.
+    # The same log must give the same bytes.
     with rc_context({"svg.hashsalt": identification.name}):
         figure = plot_identification(identification, everything)
         figure.savefig(buffer, format="svg", metadata={"Date": None})
@@ -49,14 +49,14 @@ def identification_page(
 ) -> str:
     """Return a page with a section for each axis.
 
-    `axes`: one an axis, of different names. `source`: name of the log. `figures`: SVG of the axes
-    that have a figure. `notes`: sentences on the log.
+    `axes`: identifications of axes with different names. `source`: name of the log. `figures`: SVG
+    figures by axis. `notes`: sentences on the log.
     """
     return _make_page(f"{source}: identification", _make_body(axes, source, figures, notes))
 
 
 def _make_page(title: str, body: Iterable[str]) -> str:
-    """Return a whole document of a title and the elements of its body."""
+    """Return an HTML document with a title and the elements of its body."""
     style = files("zerorate.show").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -76,12 +76,12 @@ def _as_html(table: Table) -> str:
 
 
 def _html_list(sentences: Sequence[str]) -> str:
-    """Return sentences as a list."""
+    """Return sentences as an HTML list."""
     return "<ul>" + "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences) + "</ul>"
 
 
 def _html_image(svg: bytes, description: str) -> str:
-    """Return a drawing within the page, apart from the names that others use in theirs."""
+    """Return an SVG figure for the page, with ids that no other figure uses."""
     data = b64encode(svg).decode("ascii")
     return (
         f'<figure><img alt="{escape(description)}" src="data:image/svg+xml;base64,{data}"></figure>'

@@ -1,4 +1,4 @@
-"""The panels of an identification."""
+"""Panels of an identification figure."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _FREQUENCY_COUNT: Final = 300
 _QUANTILE_COUNT: Final = 199
 
 _MAX_RESIDUALS: Final = 100_000
-"""Residuals of which quantiles are taken: more would move no point by a line's width."""
+"""Largest number of residuals for quantiles; more would change no point visibly."""
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 _MARKS = ("o", "s", "^", "D", "v", "P")
@@ -83,7 +83,7 @@ def draw_spectrum(axes: Axes, identification: Identification) -> None:
     try:
         measured = Spectrum.of(identification.prepared.data, rate)
     except ValueError:
-        # Of a sensor that stuck, for instance: other stretches may be as they should.
+        # This happens with a stuck sensor, for example. Other parts of the record may be fine.
         axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False)
         write_in_middle(axes, "the longest stretch is constant or too short")
         return
@@ -102,13 +102,13 @@ def draw_spectrum(axes: Axes, identification: Identification) -> None:
     axes.set_ylabel(f"density [({identification.unit})²/Hz]")
     drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines])
     low, high = np.log(drawn.min()), np.log(drawn.max())
-    # The lower third is for the legend.
+    # Leave the lower third for the legend.
     axes.set_ylim(np.exp(high - 1.5 * max(high - low, 2.0)), np.exp(high + 0.1 * (high - low)))
     write_legend(axes, "lower left", 1, 1.3)
 
 
 def draw_online(axes: Axes, identification: Identification) -> None:
-    """Draw the coefficients as they are learned, with the offline ones and their errors."""
+    """Draw the coefficients during online learning, and the offline values with errors."""
     axes.set_title("coefficients learned online")
     axes.set_xlabel("time [s]")
     axes.set_xscale("log")
@@ -135,14 +135,14 @@ def draw_online(axes: Axes, identification: Identification) -> None:
 
 
 def style_times(axes: Axes) -> None:
-    """Write the decades of time as plain numbers."""
+    """Write powers of ten on a time axis as plain numbers."""
     from matplotlib.ticker import FuncFormatter
 
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _one_sided_density(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
-    """Return the middles of the bands, Hz, and the one-sided density there."""
+    """Return the centres of the frequency bands, Hz, and the one-sided density in them."""
     bands = measured.bands
     lines = np.asarray(bands.lines)
     first, last = lines[bands.edges[:-1]], lines[bands.edges[1:] - 1]
@@ -151,7 +151,7 @@ def _one_sided_density(measured: Spectrum, rate: float) -> tuple[Floats, Floats]
 
 
 def _online_limits(online: OnlineFit, known: Floats) -> tuple[float, float]:
-    """Return limits that hold the last values, and as much of the beginning as reads well."""
+    """Return limits that include the last values, and the start if it stays readable."""
     late = online.coefficients[online.coefficients.shape[0] // 3 :, : known.size]
     low, high = robust_limits(late, 0.1, 0.3)
     span = known.max() - known.min()
@@ -171,7 +171,7 @@ def draw_pacf(axes: Axes, identification: Identification) -> None:
 
 
 def draw_residual_acf(axes: Axes, identification: Identification) -> None:
-    """Draw the autocorrelation of the residuals, and the p value of Ljung and Box."""
+    """Draw the autocorrelation of the residuals, and the p value of the Ljung-Box test."""
     white = identification.whiteness
     p = white.ljung_box.p_value
     shown = "< 1e-6" if p < 1e-6 else f"= {format_significant(p, 2)}"
@@ -180,7 +180,7 @@ def draw_residual_acf(axes: Axes, identification: Identification) -> None:
 
 
 def draw_quantiles(axes: Axes, identification: Identification) -> None:
-    """Draw quantiles of the residuals over those of a Gaussian of their size."""
+    """Draw quantiles of the residuals over quantiles of a Gaussian with the same variance."""
     axes.set_title("quantiles of the residuals")
     axes.set_xlabel("Gaussian [standard deviations]")
     axes.set_ylabel("residuals [standard deviations]")
@@ -189,7 +189,7 @@ def draw_quantiles(axes: Axes, identification: Identification) -> None:
     residuals = residuals[:: max(1, residuals.size // _MAX_RESIDUALS)] / np.sqrt(
         identification.model.sigma2
     )
-    # As far out as the sample reaches.
+    # Extend the quantiles to the extremes of the sample.
     parts = _even_probabilities(residuals.size)
     expected = np.array([NormalDist().inv_cdf(part) for part in parts])
     edge = 1.08 * expected[-1]
@@ -207,7 +207,7 @@ def draw_quantiles(axes: Axes, identification: Identification) -> None:
 
 
 def _even_probabilities(n: int) -> Floats:
-    """Return probabilities whose Gaussian quantiles are evenly spaced, as far out as n reach."""
+    """Return probabilities with evenly spaced Gaussian quantiles, as far out as n values reach."""
     end = NormalDist().inv_cdf(1.0 - 0.5 / n)
     return np.array([NormalDist().cdf(x) for x in np.linspace(-end, end, _QUANTILE_COUNT)])
 
@@ -228,13 +228,13 @@ def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str
 
 
 def draw_ar_orders(axes: Axes, identification: Identification) -> None:
-    """Draw the excess of the criterion of each AR order over the least."""
+    """Draw the criterion of each AR order minus the minimum."""
     axes.set_title("orders of AR models")
     _draw_orders(axes, identification.ar_orders)
 
 
 def draw_arma_orders(axes: Axes, identification: Identification) -> None:
-    """Draw the same of ARMA orders, a line for each q."""
+    """Draw the criterion of each ARMA order minus the minimum, with a line for each q."""
     axes.set_title("orders of ARMA models")
     _draw_orders(axes, identification.arma_orders)
     write_legend(axes, "upper right", 2)
@@ -261,17 +261,17 @@ def _draw_orders(axes: Axes, orders: OrderSelection) -> None:
             ls="none",
             label="_",
         )
-    # Linear where it decides, logarithmic where it does not.
+    # Linear within the margin, logarithmic above it.
     axes.set_yscale("symlog", linthresh=orders.margin, linscale=1.5)
     decades = max(1.0, np.log10(max(above.values()) / orders.margin + 1.0))
-    # The upper quarter is for a legend.
+    # Leave the upper quarter for a legend.
     axes.set_ylim(-0.1 * orders.margin, orders.margin * 10.0 ** ((1.5 + decades) / 0.75 - 1.5))
     axes.set_xlabel("p")
     axes.set_ylabel(f"{orders.criterion.upper()} above the least")
 
 
 def style_orders(axes: Axes, margin: float) -> None:
-    """Write zero, the margin, and the decades beyond it."""
+    """Write zero, the margin, and the powers of ten above it."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     most = axes.get_ylim()[1]

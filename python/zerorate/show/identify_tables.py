@@ -1,4 +1,4 @@
-"""The tables of an identification, for text and page, and its plain text."""
+"""Tables of an identification, for text and page, and their plain text."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -23,12 +23,12 @@ _MARKS_NOTE: Final = (
 
 
 def format_identified(result: Identified) -> str:
-    """Return the tables of all axes of a log, and notes."""
+    """Return the tables of all axes of a log, with notes."""
     return "\n\n".join(filter(None, (format_identify(result.axes), bullet_list(result.notes))))
 
 
 def identification_tables(identification: Identification) -> tuple[Table, ...]:
-    """Return the tables of one axis in the order of a report."""
+    """Return the tables of one axis in the order of the report."""
     return (
         _make_record_table(identification),
         _make_tests_table(identification),
@@ -169,7 +169,7 @@ def _make_coefficients_table(identification: Identification) -> Table:
 
 
 def _make_column(model: ArmaModel, p: int, q: int, unit: str) -> list[str]:
-    """Return a model's cells, blank where a larger one has more coefficients."""
+    """Return a model's cells; they are blank for coefficients that only larger models have."""
     errors = model.standard_errors
     split = model.order[0]
     phi = [format_with_error(v, e) for v, e in zip(model.phi, errors[:split], strict=True)]

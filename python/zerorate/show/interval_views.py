@@ -1,4 +1,4 @@
-"""Results that are some numbers with their errors: the figure shows them as intervals."""
+"""Views of results with a few numbers and errors; the figures show intervals."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ if TYPE_CHECKING:
     from zerorate.noise.coefficient import Coefficient
     from zerorate.record.offset import TimeOffset
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _ROW, _LEFT, _BELOW, _ABOVE, _BETWEEN = 110.0, 5.0, 38.0, 11.0, 8.0, 9.0
 _BARS_CAPTION: Final = "Bars: ± 2σ."
 _MAX_PARAMETERS: Final = 24
-"""Parameters of a comparison that are shown, the ones that moved farthest."""
+"""Largest number of parameters in a comparison figure; the largest changes are shown."""
 
 
 class _Row(NamedTuple):
-    """A number with its standard error (0 without one), and a flag to highlight it."""
+    """A number with its standard error (0 if none), and a flag to highlight it."""
 
     name: str
     value: float
@@ -53,7 +53,7 @@ class _Row(NamedTuple):
 
 
 class _Group(NamedTuple):
-    """Numbers of one unit, and the values at which the panel draws lines."""
+    """Numbers with the same unit, and values at which the panel has lines."""
 
     label: str
     rows: tuple[_Row, ...]
@@ -61,7 +61,7 @@ class _Group(NamedTuple):
 
 
 def plot_fitted_rate(result: FittedRate) -> Figure:
-    """Return scale, bias and lag of a gyro against its reference as intervals."""
+    """Return a figure of a gyro's scale, bias and lag relative to its reference, as intervals."""
     scales = ("scale", "positive", "negative")
     groups = (
         _Group("scale", tuple(_make_row(name, getattr(result, name)) for name in scales), ()),
@@ -73,7 +73,7 @@ def plot_fitted_rate(result: FittedRate) -> Figure:
 
 
 def plot_comparison(result: CalibrationComparison) -> Figure:
-    """Plot the change of each parameter in standard errors."""
+    """Return a figure of each parameter's change in standard errors."""
     comparable = [p for p in result.parameters if not math.isnan(p.z)]
     farthest = sorted(comparable, key=lambda p: -abs(p.z))[:_MAX_PARAMETERS]
     rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
@@ -84,7 +84,7 @@ def plot_comparison(result: CalibrationComparison) -> Figure:
 
 
 def plot_alignment(result: Alignment) -> Figure:
-    """Return the angles at the end of the rest, and the biases, as intervals."""
+    """Return a figure of the angles at the end of the rest, and the biases, as intervals."""
     angles = np.degrees(euler_angles(result.quaternion[np.newaxis])[0])
     level, heading = math.degrees(result.level_sigma), math.degrees(result.heading_sigma)
     rows = [_Row("roll", angles[0], level), _Row("pitch", angles[1], level)]
@@ -101,13 +101,13 @@ def plot_alignment(result: Alignment) -> Figure:
 
 
 def plot_time_offset(result: TimeOffset) -> Figure:
-    """Return the offset of two clocks as an interval."""
+    """Return a figure of the offset between two clocks, as an interval."""
     rows = (_Row("time offset", result.seconds, result.sigma),) if result.identifiable else ()
     return _draw_figure("How late are the fixes?", (_Group("time offset [s]", rows),))
 
 
 def plot_rotations(result: Rotations) -> Figure:
-    """Plot the rotation angle of each sensor, with its error, and the residual."""
+    """Return a figure of each sensor's rotation angle with its error, and the residual."""
     angles = zip(result.labels, result.angles, result.sigma_deg, strict=True)
     residuals = zip(result.labels, 100.0 * result.residuals, strict=True)
     groups = (
@@ -120,7 +120,7 @@ def plot_rotations(result: Rotations) -> Figure:
 
 
 def plot_virtual_gyro(result: VirtualGyro) -> Figure:
-    """Plot the weight of each gyro, and the gain of the weights over the plain mean."""
+    """Return a figure of each gyro's weight, and the gain over the plain mean."""
     plain_weight = 1.0 / len(result.weights)
     rows = tuple(_Row(f"gyro {k}", float(w)) for k, w in enumerate(result.weights))
     gain = _Row("gain", result.gain, _finite_or_zero(result.gain_error))
@@ -135,7 +135,7 @@ def plot_virtual_gyro(result: VirtualGyro) -> Figure:
 
 
 def format_virtual_gyro(result: VirtualGyro) -> str:
-    """Return the weight of each gyro, and the gain of the weights over the plain mean."""
+    """Return each gyro's weight, and the gain over the plain mean."""
     rows = tuple((f"gyro {k}", f"{w:.4f}") for k, w in enumerate(result.weights))
     gain = format_with_error(result.gain, result.gain_error)
     note = f"Its deviation over {result.horizon:g} s is that of the plain mean over {gain}."
@@ -180,7 +180,7 @@ def _draw_figure(title: str, groups: Sequence[_Group], caption: str = _BARS_CAPT
 
 def _draw_group(axes: Axes, group: _Group) -> None:
     axes.set_xlabel(group.label)
-    # A number stands over its bar, so that the first needs room above.
+    # Numbers are above their bars, so the first bar needs room above it.
     axes.set_ylim(max(1, len(group.rows)) - 0.5, -0.9)
     axes.margins(x=0.25)
     drawn_rows = [(i, row) for i, row in enumerate(group.rows) if math.isfinite(row.value)]

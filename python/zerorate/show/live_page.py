@@ -1,4 +1,4 @@
-"""A stream as it runs, in a browser of this machine: a page, and views sent to it as they come."""
+"""Live stream in a browser on this machine: a page, and views that are sent to it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from zerorate.tasks.live.view import PERIOD_S, View
 
 HOST: Final = "127.0.0.1"
 _HISTORY_S: Final = 60.0
-"""Seconds that a page shows, and that one which is opened later gets at once."""
+"""Length of the history on a page, s; a page that is opened later gets it at once."""
 _MAX_QUEUED_VIEWS: Final = 200
-"""Views that a page may be late by; of more it loses the oldest."""
+"""Largest number of views waiting for a page; the oldest are dropped."""
 _CLOSING_TIME_S: Final = 0.5
-"""Seconds in which pages may take the word that it is over."""
+"""Time for the pages to receive the end message, s."""
 _FILES: Final = {
     "/": ("live_page.html", "text/html"),
     "/live_page.css": ("live_page.css", "text/css"),
@@ -36,12 +36,12 @@ _Pages = set[queue.Queue[str | None]]
 
 
 class LivePage:
-    """Serves the page to this machine alone until it is closed.
+    """Server of the page for this machine, until it is closed.
 
     Parameters
     ----------
     port : int
-        Port on the loopback interface; 0 is any free one.
+        Port on the loopback interface. 0 selects any free port.
 
     Raises
     ------
@@ -61,12 +61,12 @@ class LivePage:
         return f"http://{HOST}:{self._server.server_address[1]}/"
 
     def __enter__(self) -> Self:
-        """Begin to serve."""
+        """Start the server."""
         self._server.begin()
         return self
 
     def __exit__(self, *fault: object) -> None:
-        """Notify all pages of the end."""
+        """Tell all pages that the stream has ended."""
         self._send(None)
         deadline = monotonic() + _CLOSING_TIME_S
         while self._pages and monotonic() < deadline:
@@ -74,13 +74,13 @@ class LivePage:
         self._server.end()
 
     def put(self, view: View) -> None:
-        """Send a view to all pages; none of them is waited for."""
+        """Send a view to all pages without waiting for them."""
         text = json.dumps(view.to_json())
         self._past.append(text)
         self._send(text)
 
     def events(self) -> Iterator[bytes]:
-        """Yield the views of the last minute, then new ones, and the end."""
+        """Yield the views of the last minute, then new views, then the end."""
         waiting: queue.Queue[str | None] = queue.Queue(_MAX_QUEUED_VIEWS)
         with self._lock:
             past = list(self._past)
@@ -88,7 +88,7 @@ class LivePage:
         try:
             yield from map(_encode_event, past)
             while (text := _next_text(waiting)) is not None:
-                # A comment shows if the page is still there.
+                # A comment line tests if the page is still connected.
                 yield _encode_event(text) if text else b": \n\n"
             yield b"event: end\ndata: \n\n"
         finally:
@@ -108,7 +108,7 @@ def _encode_event(text: str) -> bytes:
 
 
 def _next_text(waiting: queue.Queue[str | None]) -> str | None:
-    """Return the next view, "" if none comes within a second, None at the end."""
+    """Return the next view, "" if none arrives within a second, or None at the end."""
     try:
         return waiting.get(timeout=1.0)
     except queue.Empty:
@@ -124,8 +124,8 @@ class _Server(BoundedServer):
 class _Handler(BoundedHandler):
     server: _Server
 
-    def do_GET(self) -> None:  # as the base class has it
-        """Answer with a file or with the views."""
+    def do_GET(self) -> None:  # the name that the base class calls
+        """Answer with a file or with the stream of views."""
         if not self.is_admitted():
             return
         if self.path == "/events":

@@ -1,4 +1,4 @@
-"""A stream as it runs, in a terminal: rates, biases and angles, redrawn ten times a second."""
+"""Live stream in a terminal: rates, biases and angles, redrawn ten times a second."""
 
 import math
 from collections import deque
@@ -21,12 +21,12 @@ _ANGLE_NAMES: Final = ("roll", "pitch", "yaw")
 
 
 class LiveTerminal:
-    """Draws views on a console until it is closed.
+    """Display of views on a console, until it is closed.
 
     Parameters
     ----------
     console : Console
-        A terminal; what is printed on it meanwhile stands above what is drawn.
+        Terminal. Text printed on it meanwhile appears above the display.
     """
 
     def __init__(self, console: Console) -> None:
@@ -35,18 +35,18 @@ class LiveTerminal:
         self._next = -math.inf
 
     def __enter__(self) -> Self:
-        """Begin to draw."""
+        """Start to draw."""
         self._live.start()
         return self
 
     def __exit__(self, *fault: object) -> None:
-        """Leave the last view standing."""
+        """Stop drawing; the last view stays visible."""
         if self._past:
             self._live.update(render_views(self._past), refresh=True)
         self._live.stop()
 
     def put(self, view: View) -> None:
-        """Draw a view, unless one was drawn just before."""
+        """Draw a view, unless the last drawing was too recent."""
         self._past.append(view)
         now = monotonic()
         if now >= self._next:
@@ -78,7 +78,7 @@ def render_views(past: Sequence[View]) -> Group:
 
 
 def format_bars(values: Sequence[float]) -> str:
-    """Return numbers as bars from their least to their greatest, a blank for missing ones."""
+    """Return numbers as bars between their minimum and maximum; missing numbers are blank."""
     finite = [value for value in values if math.isfinite(value)]
     if not finite:
         return " " * len(values)

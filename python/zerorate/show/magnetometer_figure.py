@@ -1,4 +1,4 @@
-"""A magnetometer's calibration as a figure: the heading error to expect, by heading."""
+"""Figure of a magnetometer calibration: expected heading error by heading."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 _PANEL_HEIGHT_MM: Final = 38.0
 _RESIDUAL_HEIGHT_MM: Final = 24.0
 _AXIS_HEIGHT_MM: Final = 8.0
-"""Millimetres."""
+"""Height of the axis, mm."""
 
 
 def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
-    """Plot the heading error by heading of a level sensor, before and after.
+    """Return a figure of a level sensor's heading error by heading, before and after.
 
-    Of several hard irons the one subtracted for longest is shown. Below, the residual
-    field second by second: a place that disturbs it, or a magnet that nothing explains.
+    Of several hard irons, the figure uses the hard iron with the longest duration. The lower panel
+    is the residual field of each second. It shows disturbed places and unexplained magnets.
     """
     is_known = result.field.known and result.dip.known
     raw, after = (

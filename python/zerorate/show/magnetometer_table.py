@@ -1,4 +1,4 @@
-"""A magnetometer's calibration as plain text."""
+"""Magnetometer calibration as plain text."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ _RAD_PER_DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
 
 
 def format_magnetometer(calibration: MagnetometerCalibration) -> str:
-    """Return the applied correction, the numbers with their errors, spans and advice."""
+    """Return the correction, the parameters with errors, the spans, and advice."""
     return "\n".join(
         (
             *_format_numbers(calibration),

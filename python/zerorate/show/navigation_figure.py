@@ -1,4 +1,4 @@
-"""Figures of a track: its path, speed, innovations and biases; the growth of errors in outages."""
+"""Figures of a track: path, speed, innovations and biases; growth of errors in outages."""
 
 from __future__ import annotations
 
@@ -57,25 +57,25 @@ if TYPE_CHECKING:
     from zerorate.tasks.navigate import Navigation
     from zerorate.types import Floats, Integers
 
-# Millimetres.
+# Sizes in mm.
 _PATH, _PANEL = 58.0, 14.0
 _UNDER_PATH: Final = 6.5
 _GROWTH, _NAME_LINE = 30.0, 2.8
 _MAX_NAMES_IN_ROW: Final = 4
-"""Curves whose names stand in a line."""
+"""Largest number of curve names in a line."""
 _FIX, _STROKE = 2.0, 0.8
 
 _QUESTION: Final = "Where was it, and how certain is that?"
 _MAX_POINTS: Final = 4000
-"""Of a path: more than there are pixels."""
+"""Largest number of points of a path; more exceed the pixels."""
 
 _ELLIPSE_COUNT: Final = 12
 _CIRCLE_ANGLES: Final = np.linspace(0.0, 2.0 * math.pi, 49)
 _AXES: Final = (*zip("xyz", AXIS_COLOURS, strict=True),)
 _MARK_HEIGHT: Final = 0.05
-"""Part of a panel's height that a mark has where an output is not usable."""
+"""Height of a mark for an output that is not usable, relative to the panel."""
 _EXPECTED_NIS: Final = 3.0
-"""Mean of a normalised innovation squared of three axes."""
+"""Mean normalised innovation squared of three axes."""
 
 _COLOURS: Final = {
     POSITION_HELD: BLACK,
@@ -97,15 +97,15 @@ def plot_track(
     nis: Floats | None = None,
     everything: bool = False,
 ) -> Figure:
-    """Return the figure of a track, a column of a page wide.
+    """Return the figure of a track, as wide as a page column.
 
-    The path in metres, with fixes and ellipses that hold 95 % of the errors; over one time axis
-    speed, standard deviations of position and of orientation, and the biases with bands of two
-    standard deviations.
+    The top panel is the path in metres, with fixes and ellipses for 95 % of the errors. The other
+    panels have one time axis: speed, standard deviations of position and orientation, and the
+    biases with two standard deviations.
 
-    `outages`: of ``zerorate.navigation.outages``: the longest are marked, with what the filter did
-    in them. `nis`: what `Track.nis` returned; where everything is shown of a track that is not
-    smoothed, it is called. `everything`: also the normalised innovations squared.
+    `outages`: result of ``zerorate.navigation.outages``. The longest outages are marked, with the
+    filter's track in them. `nis`: result of `Track.nis`. `everything`: also show the normalised
+    innovations squared; they are computed if the track is not smoothed.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
     panels: list[Callable[[Axes, Track, Floats], None]] = [
@@ -149,14 +149,14 @@ def plot_outages(
 ) -> Figure:
     """Return a figure of the growth of errors in outages, 180 mm wide.
 
-    Both panels are over the time since the last fix. Below: the error of the filter in each outage.
-    Above: the RMS over all outages of a held position, a held velocity, the filter, and its
-    smoother if there is one.
+    Both panels are over the time since the last fix. The upper panel is the RMS error over all
+    outages. It compares a held position, a held velocity, the filter, and the smoother if there is
+    one. The lower panel is the error of the filter in each outage.
 
-    `others`: further filters by name, on the same fixes. `seconds`: the length of outage; by
+    `others`: further filters by name, with the same fixes. `seconds`: the length of the outages;
     default the longest.
 
-    Raises KeyError if there is no such length.
+    Raises KeyError if there are no outages of this length.
     """
     length = (
         max(length_errors.seconds for length_errors in outages.lengths)
@@ -174,7 +174,7 @@ def plot_outages(
     curves = len(outage.errors) + sum(
         1 + (SMOOTHED in other[length].errors) for other in (others or {}).values()
     )
-    # In two rows they need not be spread over the whole width, where the head stands.
+    # With two rows of names, leave room for the panel's heading.
     columns = curves if curves <= _MAX_NAMES_IN_ROW else _MAX_NAMES_IN_ROW - 1
     lines = _NAME_LINE * (math.ceil(curves / columns) - 1)
     stack = Stack(question, f"RMS: {answer}.", caption, [_GROWTH, _GROWTH], lines)
@@ -263,24 +263,24 @@ def _draw_path(axes: Axes, track: Track, longest: OutageErrors | None) -> None:
 
 
 def _fit_scale(axes: Axes, track_ned: Floats) -> None:
-    """Show all of a way, a metre north as long as one east."""
+    """Set limits that show the whole path, with equal scales north and east."""
     low, high = track_ned.min(axis=0), track_ned.max(axis=0)
     middle = 0.5 * (low + high)
     wide = INNER_WIDTH_MM / _PATH
     half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
-    # Holds in axes of another shape, too.
+    # This is valid for axes of another shape, too.
     axes.set_aspect("equal", adjustable="datalim")
 
 
 def _horizontal_ned(position: Floats, origin: Floats) -> Floats:
-    """Return metres north and east of an origin; heights may be missing."""
+    """Return metres north and east from an origin; heights may be missing."""
     return local_ned(position, origin)[:, :2]
 
 
 def _rows_along_way(track_ned: Floats, navigating: Integers) -> Integers:
-    """Return samples at even distances along the way."""
+    """Return samples at equal distances along the path."""
     known = track_ned[navigating, :2]
     driven = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(known, axis=0).T))])
     marks = np.linspace(0.0, driven[-1], _ELLIPSE_COUNT)
@@ -346,7 +346,7 @@ def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
 
 
 def _mark_not_usable(panel: Axes, track: Track, times: Floats, colours: Mapping[str, str]) -> None:
-    """Mark at the foot of a panel where an output is not usable, one bar above the other."""
+    """Mark unusable outputs at the bottom of a panel, with a bar for each output."""
     if len(track.usable) != track.n:
         return
     for k, (output, colour) in enumerate(colours.items()):
@@ -362,7 +362,7 @@ def _mark_not_usable(panel: Axes, track: Track, times: Floats, colours: Mapping[
 
 
 def _set_log_scale(panel: Axes) -> None:
-    """Make a scale logarithmic, a decade at least, if the drawn values are positive."""
+    """Use a logarithmic scale of at least a decade if the drawn values are positive."""
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in panel.lines])
     drawn = drawn[np.isfinite(drawn) & (drawn > 0.0)]
     if drawn.size:
@@ -412,7 +412,7 @@ def _draw_bias(panel: Axes, track: Track, times: Floats, values: Floats, sigma: 
         draw_with_sigma(panel, times[rows], values[rows, i], sigma[rows, i], colour, name)
     navigating = np.flatnonzero(track.navigating)
     if navigating.size:
-        # Scaled to the estimates after the first tenth.
+        # Scale to the estimates after the first tenth.
         late = rows[rows >= navigating[navigating.size // 10]]
         if late.size:
             low = float(np.nanmin((values - BAND_SIGMAS * sigma)[late]))
@@ -438,7 +438,7 @@ def _draw_growth(
     counts = np.bincount(moment_index)
     squares = np.bincount(moment_index, weights=(outage.errors[name] ** 2).sum(axis=1))
     complete = counts == outage.n
-    if not complete.any():  # the fixes of each outage stand elsewhere
+    if not complete.any():  # the outages have their fixes at different times
         edges = np.linspace(0.0, outage.seconds, 21)
         moments = 0.5 * (edges[1:] + edges[:-1])
         moment_index = np.clip(np.digitize(since, edges) - 1, 0, len(moments) - 1)

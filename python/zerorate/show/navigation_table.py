@@ -1,4 +1,4 @@
-"""A track as plain text: its fixes, the estimates at the end; errors after outages."""
+"""Track as plain text: fixes, estimates at the end, and errors after outages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _OVER_SIGMA: Final = (
 )
 _NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
 _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
-"""Names of rows whose own name is not clear."""
+"""Clearer names of some rows."""
 _OUTPUT_UNITS: Final = {
     "position": (1.0, "m"),
     "height": (1.0, "m"),
@@ -39,16 +39,16 @@ _OUTPUT_UNITS: Final = {
     "attitude": (math.degrees(1.0), "deg"),
     "heading": (math.degrees(1.0), "deg"),
 }
-"""Factors and units in which limits of outputs are shown."""
+"""Factors and units for the limits of outputs."""
 
 
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
     """Return the tables of a track, at most `WIDTH` columns wide.
 
-    Counts of the fixes, durations of each status, the estimates at the end with their
-    standard deviations, notes.
+    They have the numbers of fixes, the duration of each status, the estimates at the end with
+    standard deviations, and notes.
 
-    `nis`: what `Track.nis` returned.
+    `nis`: result of `Track.nis`.
     """
     return "\n\n".join(filter(None, _format_parts(track, nis)))
 
@@ -65,7 +65,7 @@ def format_navigation(navigation: Navigation) -> str:
 
 
 def format_outages(outages: Outages) -> str:
-    """Return the errors after outages as a table, position and velocity held first."""
+    """Return a table of the errors after outages; held position and velocity come first."""
     rows = tuple(row for outage in outages.lengths for row in _make_outage_rows(outage))
     head = ("outage", "", "n", "rms", "median", "largest", "over σ")
     title = "Horizontal error at the end of outages of the receiver, m"
@@ -75,10 +75,10 @@ def format_outages(outages: Outages) -> str:
 
 
 def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
-    """Return the errors of a track against the true one.
+    """Return the errors of a track relative to the truth.
 
-    `found, steps`: results of `zerorate.metrics.ate`, and of `rpe` over a second; None without
-    orientations. `fitted`: rotation and shift of the best fit, in words.
+    `found, steps`: results of `zerorate.metrics.ate`, and of `rpe` over a second. They are None
+    without orientations. `fitted`: rotation and shift of the best fit, as text.
     """
     listed = [("position, m (ATE)", errors.metres), ("orientation, deg", errors.degrees)]
     if steps is not None:
@@ -101,7 +101,7 @@ def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -
 
 
 def format_alignment(alignment: Alignment) -> str:
-    """Return the angles at the end of the rest, and the biases, with their standard deviations."""
+    """Return the angles at the end of the rest, and the biases, with standard deviations."""
     angles = np.degrees(euler_angles(alignment.quaternion[np.newaxis])[0])
     angles[2] %= 360.0
     level, heading = math.degrees(alignment.level_sigma), math.degrees(alignment.heading_sigma)

@@ -1,4 +1,4 @@
-"""The coefficients of a noise model as plain text."""
+"""Coefficients of a noise model as plain text."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ Row = tuple[str, str, str]
 
 
 def format_noise_model(model: NoiseModel) -> str:
-    """Return aligned lines without an end: term, value with standard error, unit."""
+    """Return aligned lines with term, value, standard error and unit."""
     rows, unknown = list(_make_rows(model)), _list_unknown(model)
     if not rows and not unknown:
         return "no noise"
@@ -28,7 +28,7 @@ def format_noise_model(model: NoiseModel) -> str:
 
 
 def _list_unknown(model: NoiseModel) -> list[str]:
-    """Return the names of the coefficients of which nothing is known."""
+    """Return the names of the coefficients without a value or a bound."""
     terms = TERMS[model.quantity]
     return [term.name for term in terms if not getattr(model, term.field).known]
 

@@ -38,28 +38,28 @@ if TYPE_CHECKING:
     from zerorate.tasks.characterise import Characterisations
 
 Logs = Mapping[str, Sequence["Characterisation"]]
-"""Results of each log, by its name."""
+"""Results of the logs, by the logs' names."""
 
-# Millimetres.
+# Sizes in mm.
 _PANEL, _LEFT, _RIGHT, _BELOW, _ABOVE, _BETWEEN = (44.0, 44.0), 14.0, 3.0, 9.0, 6.0, 5.0
 _CAPTION, _TITLE = 5.0, 11.0
 _MAX_COLUMNS: Final = 4
 _COLOURS: Final = (BLUE, VERMILION, BLACK, ORANGE, GREY)
 _DASHES: Final = ("-", "--", ":", "-.")
 _SHOWN_TERMS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
-"""N, B and K."""
+"""Fields of N, B and K."""
 _QUANTITIES: Final[tuple[Quantity, ...]] = ("angular rate", "acceleration", "unknown")
 
 
 def plot_characterisations(results: Characterisations) -> Figure:
-    """Return the deviations of several recordings over each other."""
+    """Return a figure with the deviations of several recordings."""
     return plot_overlay(
         {name: characterised.sensors for name, characterised in results.results.items()}
     )
 
 
 def format_characterisations(results: Characterisations) -> str:
-    """Return the noise of several recordings in one table, then notes on each."""
+    """Return the noise of several recordings in one table, and notes on each recording."""
     parts = [
         format_overlay(
             {name: characterised.sensors for name, characterised in results.results.items()}
@@ -73,12 +73,12 @@ def format_characterisations(results: Characterisations) -> str:
 
 
 def plot_overlay(logs: Logs) -> Figure:
-    """Return the deviations of several logs, each axis of a sensor in a panel.
+    """Return a figure with the deviations of several logs, and one panel per axis of a sensor.
 
-    Gyros above, accelerometers below; the first four axes of each. Axes of logs are compared in
-    their order.
+    Gyros are above, accelerometers below, with the first four axes of each. Axes of different logs
+    are compared in their order.
 
-    `logs`: of each log by its name: gyros, accelerometers.
+    `logs`: gyros and accelerometers of each log, by the log's name.
     """
     rows = [row for quantity in _QUANTITIES if (row := _select_curves(logs, quantity))]
     columns = min(max(len(curve.names) for row in rows for curve in row.values()), _MAX_COLUMNS)
@@ -141,7 +141,7 @@ def _draw_row(panels: Sequence[Axes], row: Mapping[str, AllanResult]) -> None:
 
 
 def _write_names(figure: Figure, panel: Axes) -> None:
-    """Write the names of the logs under the title."""
+    """Write the names of the logs below the title."""
     handles, labels = panel.get_legend_handles_labels()
     top = 1.0 - 6.0 * INCHES_PER_MM / figure.get_figheight()
     figure.legend(
@@ -157,7 +157,7 @@ def _write_names(figure: Figure, panel: Axes) -> None:
 
 
 def format_overlay(logs: Logs) -> str:
-    """Return one table per sensor: white noise, bias instability and walk of each log and axis."""
+    """Return a table per sensor: white noise, bias instability and random walk of each log."""
     return "\n\n".join(as_text(table) for table in _make_tables(logs))
 
 

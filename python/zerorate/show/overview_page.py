@@ -1,4 +1,4 @@
-"""The overview of reports on many logs: urgent logs first, and trends of each device."""
+"""Overview of reports on many logs: urgent logs first, and trends of each device."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ TREND_KINDS: Final = (
     "gyro bias", "gravity", "gyro noise", "accel noise", "scale x", "scale y", "scale z",
     "vibration",
 )  # fmt: skip
-"""Kinds of findings whose numbers are drawn over the logs of a device."""
+"""Kinds of findings with a curve over the logs of a device."""
 _WIDE, _TALL = 600.0, 120.0
 _LINE_CLASSES: Final = "xyz"
-"""Colours of the sensors of a device, in their order."""
+"""Colour classes of the sensors of a device, in order."""
 _ABOUT_TEXT: Final = (
     "One row for each log, the most urgent first. A device is identified by the board number in "
     "the log, else by the log's folder. Logs of a device are in order of date if all have one, "
@@ -38,30 +38,30 @@ _ABOUT_TEXT: Final = (
 
 
 class LogSummary(NamedTuple):
-    """A log with the numbers of its findings by severity."""
+    """A log with its number of findings by severity."""
 
     outcome: Outcome
     act: int
     look: int
     first: str
-    """The sentence to read first."""
+    """Sentence to read first."""
 
     @property
     def device(self) -> str:
-        """The number of its board, or its folder."""
+        """Serial number of the board, or the folder of the log."""
         known = next((str(r["device"]) for r in self.outcome.rows if r.get("device")), "")
         folder = PurePosixPath(self.outcome.name).parent.as_posix()
         return known or ("this folder" if folder == "." else folder)
 
     @property
     def began(self) -> float | None:
-        """Unix time at which it begins, s."""
+        """Unix time at the start of the log, s."""
         start = next((r["began"] for r in self.outcome.rows if r.get("began") is not None), None)
         return start if isinstance(start, float) else None
 
 
 def summarise_logs(outcomes: Iterable[Outcome]) -> list[LogSummary]:
-    """Return the logs, urgent ones first: unread ones, then most to act on."""
+    """Return the logs: first unreadable logs, then logs with the most urgent findings."""
     logs = [_summarise_log(one) for one in outcomes]
     logs.sort(key=lambda one: (one.outcome.error is None, -one.act, -one.look, one.outcome.name))
     return logs
@@ -80,14 +80,14 @@ def _summarise_log(outcome: Outcome) -> LogSummary:
 
 
 def overview_page(result: BatchResult) -> str:
-    """Return the page on a batch of reports as one HTML file that links to its logs."""
+    """Return an HTML page on a batch of reports, with links to its logs."""
     return document(
         f"Reports on {len(result.in_summary)} logs", _make_body(summarise_logs(result.in_summary))
     )
 
 
 def summary_line(logs: Sequence[LogSummary]) -> str:
-    """Return one line on all logs."""
+    """Return a line that summarises all logs."""
     failed = sum(log.outcome.error is not None for log in logs)
     act = sum(bool(log.act) for log in logs)
     look = sum(bool(log.look) and not log.act for log in logs)
@@ -163,7 +163,7 @@ class _Point(NamedTuple):
 
 
 def _make_trend(kind: str, logs: Sequence[LogSummary]) -> str:
-    """Return the numbers of one kind over the logs of a device, empty where there are not two."""
+    """Return the curve of a kind of finding over a device's logs; empty with fewer than two."""
     lines: dict[str, list[_Point]] = {}
     unit = ""
     for index, log in enumerate(logs):

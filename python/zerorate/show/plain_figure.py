@@ -1,4 +1,4 @@
-"""A figure whose texts are plain: a dollar sign in a name begins no formula."""
+"""Figure with plain texts: a dollar sign in a name does not start a formula."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from matplotlib.ticker import LogFormatter
 
 
 class PlainFigure(Figure):
-    """Draws all texts as they stand; the powers of ten of logarithmic axes alone are formulas."""
+    """Figure that draws texts unchanged; only powers of ten on logarithmic axes are formulas."""
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw the figure, as every backend does."""
+        """Draw the figure; every backend calls this method."""
         for text in self.findobj(Text):
             text.set_parse_math(False)
         for axes in self.axes:

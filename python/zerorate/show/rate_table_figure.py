@@ -1,4 +1,4 @@
-"""The non-linearity of a gyro on a rate table."""
+"""Figure of a gyro's non-linearity on a rate table."""
 
 from __future__ import annotations
 
@@ -23,17 +23,18 @@ if TYPE_CHECKING:
 
     from zerorate.calibration.rate.rate_table import RateTable
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE = 90.0, 38.0, 16.0, 13.0, 6.0
 _COLOURS: Final = (BLUE, VERMILION, ORANGE)
 
 
 def plot_rate_table(table: RateTable) -> Figure:
-    """Plot the residuals of the line of bias and scale, one panel per axis.
+    """Return a figure of the residuals from the line of bias and scale, one panel per axis.
 
-    Differences in the unit of the rates: over the scale.
+    The residuals are divided by the scale, so they have the unit of the rates.
 
-    `table`: its means with two standard errors, and the fitted curve.
+    `table`: fit of the rate table. Its means are drawn with two standard errors, and the fitted
+    curve.
     """
     count = len(table.axes)
     height = _BELOW + count * (_PANEL + _ABOVE)
@@ -54,7 +55,7 @@ def plot_rate_table(table: RateTable) -> Figure:
 def _draw_axis(axes: Axes, table: RateTable, i: int) -> None:
     axis_fit, w = table.axes[i], table.rates[:, i]
     fitted = table.means - table.residuals
-    # What bends the line is the prediction at rates about this axis alone, less the line.
+    # The curve is the prediction for rates about this axis alone, minus the line.
     single_axis_rates = np.zeros((401, len(table.axes)))
     single_axis_rates[:, i] = np.linspace(w.min(), w.max(), len(single_axis_rates))
     line = axis_fit.bias + axis_fit.scale * single_axis_rates[:, i]

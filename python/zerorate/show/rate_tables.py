@@ -1,4 +1,4 @@
-"""A gyro on a rate table, and against a reference, as plain text."""
+"""Gyro on a rate table, or against a reference, as plain text."""
 
 from collections.abc import Iterator
 
@@ -9,14 +9,14 @@ from zerorate.numerals import format_significant, format_with_error, shorten
 
 
 def format_rate_table(table: RateTable) -> str:
-    """Return the coefficients of each axis with their standard errors."""
+    """Return the coefficients of each axis, with standard errors."""
     names = ("",) if len(table.axes) == 1 else ("x", "y", "z")
     lines = (_format_axis(name, axis) for name, axis in zip(names, table.axes, strict=True))
     return "\n".join(line for of_axis in lines for line in of_axis)
 
 
 def format_fitted_rate(fit: FittedRate) -> str:
-    """Return the numbers with their standard errors, and the notes."""
+    """Return the fitted values with standard errors, and the notes."""
     fields = ("scale", "bias", "lag", "positive", "negative", "asymmetry")
     lines = [f"{name:<11}{_format_coefficient(getattr(fit, name))}" for name in fields]
     lines.append(f"{'residual':<11}{format_significant(fit.residual)}")

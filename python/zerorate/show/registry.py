@@ -135,7 +135,7 @@ VIEWS: Final = {
     "tasks.replay.result.Replays": ("replay_table:format_replays", "biases_figure:plot_replays"),
     "tasks.replay.result.Summary": ("replay_table:format_replay", "biases_figure:plot_summary"),
 }
-"""Of each result by its module and class, the functions of this package that show it."""
+"""Functions of this package that show each result, by the result's module and class."""
 
 MAIN_PANELS: Final = {
     "calibration.calibration.Calibration": 1,
@@ -143,7 +143,7 @@ MAIN_PANELS: Final = {
     "tasks.identify.Identified": 1,
     "tasks.replay.result.Replay": 1,
 }
-"""Index of the panel that answers the question of a figure, where it is not the first one."""
+"""Index of a figure's main panel, if it is not the first panel."""
 
 
 def _make_view(name: str) -> View:

@@ -1,4 +1,4 @@
-"""The figure of a replay: the raw rate, and under it the bias of each axis."""
+"""Figure of a replay: the raw rate, and below it the bias of each axis."""
 
 from __future__ import annotations
 
@@ -40,30 +40,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MAX_AXES: Final = 5
-"""Axes whose bias is shown: with the raw rate there are six panels."""
+"""Largest number of axes with a bias panel; the raw rate is a further panel."""
 
-# Millimetres.
+# Sizes in mm.
 _RATE_HEIGHT_MM, _BIAS_HEIGHT_MM = 19.0, 16.0
 _MAX_CUT_SHARE: Final = 0.02
-"""Part of the columns that may lie beyond the panel of the raw rate, if they would flatten it."""
+"""Largest share of columns that may exceed the raw-rate panel, to keep the rest readable."""
 
 _MAX_DOT_DISTANCE: Final = 1.0
-"""Largest distance of a dot that is shown from the band, in widths of the band."""
+"""Largest distance of a dot from the band, in band widths, that widens the scale."""
 
 _FLATTENING_RATIO: Final = 5.0
-"""Ratio of the columns' reach to that of the rest above which they are cut."""
+"""Ratio of the full range to the usual range above which columns are cut off."""
 
 
 def plot_replay(replay: Replay, everything: bool = False) -> Figure:
-    """Return the figure of a replay, a column of a page wide.
+    """Return the figure of a replay, as wide as a page column.
 
-    Over one time axis: the raw rate of all axes, as wide as the middle 90 % of each pixel's
-    samples, and the bias of each of the first five, with two standard deviations to either side and
-    the means of the raw rate at rest. Motion is shaded, and so is a stuck or saturated sensor.
+    The panels have one time axis. The first panel is the raw rate of all axes; its width is the
+    middle 90 % of each pixel's samples. Below are the biases of the first five axes, with two
+    standard deviations and the means of the raw rate at rest. Motion is shaded, and a stuck or
+    saturated sensor is shaded, too.
 
-    With `everything` all panels are drawn: also the noise, the gain or the drift that were learned,
-    and Allan deviations. Each of at most the first six axes has a column; the figure is as wide as
-    two columns of a page.
+    With `everything` all panels are drawn, including Allan deviations and the learned noise, gain
+    or drift. Each of the first six axes has a column. The figure is as wide as two page columns.
     """
     if everything:
         return plot_replay_grid(replay)
@@ -89,7 +89,7 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
 
 
 def mean_truth(truth: Floats, rate: float) -> Floats:
-    """Return the mean of the true bias over the next ten seconds, as σ refers to it, shape (n,)."""
+    """Return the mean true bias over the next ten seconds, to which σ refers, shape (n,)."""
     return trailing_mean(truth[::-1], rate)[::-1]
 
 
@@ -132,7 +132,7 @@ def _draw_rates(panel: Axes, replay: Replay, shown: int, seconds: float) -> None
 
 
 def _cut_limits(low: Floats, high: Floats) -> tuple[float, float]:
-    """Return limits that include all but a burst that would flatten the rest to a line."""
+    """Return limits that include all columns, except a burst that would flatten the others."""
     finite = np.isfinite(low)
     if not finite.any():
         return -1.0, 1.0
@@ -165,7 +165,7 @@ def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float, rest: Boolea
     late = slice(bias.size // 10, None)
     half = 2.0 * sigma if tuned else np.zeros_like(sigma)
     low, high = robust_limits(np.concatenate(((bias - half)[late], (bias + half)[late])), 0.0, 0.0)
-    # Dots say less than the band: they may widen the scale, not flatten the band to a line.
+    # Dots may widen the scale, but must not flatten the more important band.
     dots, span = drop_outliers(means), high - low
     low, high = (
         min([low, *dots[dots > low - _MAX_DOT_DISTANCE * span]]),
@@ -188,7 +188,7 @@ def _axis_colour(i: int) -> str:
 
 
 def _short_axis_name(replay: Replay, i: int) -> str:
-    """Return the part of an axis' name that differs from the others: "x" of "gyro_x"."""
+    """Return the part of an axis name that differs from the others, such as "x" of "gyro_x"."""
     name = split_unit(replay.log.names[i])[0]
     return name.rpartition("_")[2] if replay.log.channels == 3 else name
 
@@ -199,7 +199,7 @@ def _panel_name(replay: Replay, i: int) -> str:
 
 
 def _shade(panel: Axes, replay: Replay, i: int, seconds: float, lost: Booleans) -> None:
-    """Shade the times in motion, and those of a stuck or saturated sensor, behind all else."""
+    """Shade motion, and a stuck or saturated sensor, behind all curves."""
     scale = 1.0 / (replay.log.rate * seconds)
     if replay.readings is not None:
         begins, ends = find_spans(~(replay.readings.at_rest[:, i] | lost))

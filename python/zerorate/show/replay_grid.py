@@ -1,4 +1,4 @@
-"""All panels of a replay, one column per axis: learned parameters, and Allan deviations."""
+"""All panels of a replay, one column per axis: learned parameters and Allan deviations."""
 
 from __future__ import annotations
 
@@ -41,24 +41,24 @@ if TYPE_CHECKING:
 Grid = np.ndarray[Any, np.dtype[np.object_]]
 
 _MAX_AXES: Final = 6
-"""Axes of the log that a figure has room for."""
+"""Largest number of axes in a figure."""
 
-# Millimetres. A layout engine would draw everything three times to find the same places.
+# Sizes in mm. A layout engine would draw everything three times to find the same positions.
 _COLUMN_WIDTH_MM: Final = 60.0
 _HEIGHT_MM: Final = 212.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 16.5, 4.0, 16.0, 21.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 11.0
 _LABEL_DISTANCE_MM: Final = 10.2
-"""Of the left panels' scales, from the panel."""
+"""Distance from a left panel to the label of its scale, mm."""
 
 _LOW_PANEL_RATIO: Final = 0.62
-"""Height of a panel with one line in it, over that of the others."""
+"""Height of a panel with one line, relative to the other panels."""
 
 _HEIGHT_RATIOS: Final = {
     True: (1.0, 1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0),
     False: (1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0, 1.0),
 }
-"""Heights of the rows, for a filter that tunes itself or not."""
+"""Relative heights of the rows: True for the self-tuning filter, False for other methods."""
 
 _GREY_NOTES: Final = {
     "estimate": (
@@ -71,14 +71,15 @@ _GREY_NOTES: Final = {
 
 
 def plot_replay_grid(replay: Replay) -> Figure:
-    """Return a figure with a column for each axis of the log, of the first six at most.
+    """Return a figure with a column for each axis of the log, for at most six axes.
 
-    Rows: raw rate and bias; then of a published method measurement noise, Kalman gain and the ARMA
-    coefficients; of "auto" the bias with two standard deviations, and the white noise and the drift
-    that were learned; last Allan deviations before and after. Motion is shaded, and so is a stuck
-    or saturated sensor. Up to three axes are 180 mm wide at most, for a page.
+    The first rows are the raw rate and the bias, the last row has Allan deviations before and
+    after. Between them, a published method has measurement noise, Kalman gain and ARMA
+    coefficients. "auto" has the bias with two standard deviations, and the learned white noise and
+    drift. Motion is shaded, and a stuck or saturated sensor is shaded, too. With up to three axes
+    the figure is at most 180 mm wide, for a page.
 
-    ValueError if the replay has no Allan deviations.
+    Raises ValueError if the replay has no Allan deviations.
     """
     axis_count = min(replay.log.channels, _MAX_AXES)
     width = _COLUMN_WIDTH_MM * max(axis_count, 2)
@@ -102,7 +103,7 @@ def plot_replay_grid(replay: Replay) -> Figure:
 
 
 def _grid_spacing(width: float, columns: int) -> dict[str, float]:
-    """Return the margins and the spaces between panels, in the units of a grid."""
+    """Return the margins and the gaps between panels, in units of the grid."""
     panel_width = (width - _LEFT - _RIGHT - _BETWEEN_COLUMNS * (columns - 1)) / columns
     panel_height = (_HEIGHT_MM - _TOP - _BOTTOM - 4.0 * _BETWEEN_ROWS) / 5.0
     return {
@@ -125,7 +126,7 @@ def _draw_column(column: Grid, replay: Replay, i: int) -> None:
 
 
 def _label_scales(grid: Grid, replay: Replay) -> None:
-    """Name the scales at the left edge, and in the first column the lines of a panel."""
+    """Label the scales at the left edge, and the lines in the first column."""
     unit = replay.log.unit
     if replay.method == "auto":
         (white, _), (walk, _) = noise_units(unit)
@@ -144,7 +145,7 @@ def _label_scales(grid: Grid, replay: Replay) -> None:
 
 
 def _share_scales(grid: Grid, replay: Replay) -> None:
-    """Give panels side by side the same scale where that helps to compare."""
+    """Give panels in a row the same scale where this helps to compare them."""
     if replay.method == "auto":
         for row in grid[2:4]:
             share_limits(row)
@@ -158,7 +159,7 @@ def _share_scales(grid: Grid, replay: Replay) -> None:
 
 
 def _make_title(replay: Replay, letters: int) -> str:
-    """Return the log's name, its middle left out if it is too long, above the filter's."""
+    """Return the log's name, shortened if necessary, above the filter's name."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
@@ -169,7 +170,7 @@ def _make_title(replay: Replay, letters: int) -> str:
 
 
 def _make_caption(replay: Replay, shown: int, width: int) -> str:
-    """Return notes for the reader, in lines of at most so many letters."""
+    """Return notes for the reader, in lines that fit the width."""
     sentences = [_GREY_NOTES[replay.output], _describe_shading(replay)]
     if shown < replay.log.channels:
         sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."

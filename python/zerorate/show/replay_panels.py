@@ -1,4 +1,4 @@
-"""The panels of one axis of a replay."""
+"""Panels for one axis of a replay."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 RowIndices = npt.NDArray[np.intp]
 
 SMOOTHING_TIME_CONSTANTS: Final = 10.0
-"""Filter time constants from which on an Allan deviation is again one of the sensor."""
+"""Averaging time, in filter time constants, above which Allan deviations show the sensor."""
 
 _MOMENT_COUNT: Final = 130
 _MEAN_COUNT: Final = 60
@@ -50,7 +50,7 @@ _OUTPUT_NAMES: Final = {"estimate": "filtered", "compensated": "compensated"}
 
 
 def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the raw rate as a band, and the bias over it, both with all their peaks."""
+    """Draw the raw rate as a band, and the bias over it, with all peaks of both."""
     rate, (unit, seconds) = replay.log.rate, time_unit(replay.log.duration)
     raw, filtered = replay.log.data[:, i], replay.bias[:, i]
     t, lows, highs = bucket_extremes(raw, rate)
@@ -71,7 +71,7 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def draw_noise(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the root of R, the measurement noise."""
+    """Draw the square root of the measurement noise R."""
     root = np.sqrt(replay.history.measurement_noise[:, i])
     _draw_evenly(axes, replay, root, BLUE)
     low, high = robust_limits(root)
@@ -81,7 +81,7 @@ def draw_noise(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def draw_gain(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the Kalman gain: the part of an innovation that moves the estimate."""
+    """Draw the Kalman gain, by which an innovation changes the estimate."""
     _draw_evenly(axes, replay, replay.history.gain[:, i, 0], ORANGE)
     axes.set_ylim(0.0, 1.0)
 
@@ -94,7 +94,7 @@ def _draw_evenly(axes: Axes, replay: Replay, values: Floats, colour: str) -> Non
 
 
 def draw_model(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the coefficients over the logarithm of time, where learning is seen."""
+    """Draw the coefficients over the logarithm of time, which shows the learning."""
     (p, q), rows = replay.params["order"], _log_spaced_rows(replay)
     t, model = _history_times(replay)[rows], replay.history.coefficients[rows, i]
     for j in range(p):
@@ -117,9 +117,9 @@ def draw_model(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw Allan deviations, grey where the filter, not the sensor, shapes the filtered one."""
+    """Draw Allan deviations; grey marks times at which the filter shapes the filtered curve."""
     taus = replay.allan.taus
-    # Where one lies on the other, both are seen: the lower is broad, the upper has open marks.
+    # If both curves coincide, both stay visible: the lower is broad, the upper has open marks.
     raw: Any = {"color": SKY, "lw": 2.0, "label": "raw"}
     filtered: Any = {
         "color": VERMILION,
@@ -143,7 +143,7 @@ def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def _shade_smoothing(axes: Axes, replay: Replay, i: int) -> None:
-    """Smoothing acts below so many time constants, taking off the bias from one on."""
+    """Shade the averaging times at which the filter changes the Allan deviation."""
     (left, right), time_constant = axes.get_xlim(), replay.time_constant[i]
     if np.isnan(time_constant):
         return
@@ -166,13 +166,13 @@ def _history_times(replay: Replay) -> Floats:
 
 
 def _even_rows(replay: Replay) -> RowIndices:
-    """Return the moments that are about evenly spaced, for a linear axis."""
+    """Return history rows at nearly even steps of time, for a linear axis."""
     last = replay.history.samples[-1]
     return _nearest_rows(replay, np.linspace(last / _MOMENT_COUNT, last, _MOMENT_COUNT))
 
 
 def _log_spaced_rows(replay: Replay) -> RowIndices:
-    """Return the moments whose logarithms are about evenly spaced."""
+    """Return history rows at nearly even steps of the logarithm of time."""
     last = replay.history.samples[-1]
     return _nearest_rows(replay, np.geomspace(1, last, _MOMENT_COUNT))
 
@@ -189,7 +189,7 @@ def _rms(z: Floats) -> float:
 
 
 def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the bias with two standard deviations to either side, over means of the raw rate."""
+    """Draw the bias with two standard deviations, over means of the raw rate."""
     (unit, seconds), rows = time_unit(replay.log.duration), _even_rows(replay)
     t, history = _history_times(replay)[rows], replay.history
     bias, sigma = history.bias[rows, i], history.bias_sigma[rows, i]
@@ -200,7 +200,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     times, means = rest_means(replay, i, find_certain_rest(replay))
     style: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
     axes.plot(times / seconds, means, label="raw, mean at rest", **style)
-    # Hatched, as a colour would mix with that of the band.
+    # Use hatching: a colour would mix with the colour of the band.
     _shade(axes, replay, i, hatched=True)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
@@ -215,7 +215,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def draw_white_noise(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the white noise as learned, over the logarithm of time."""
+    """Draw the learned white noise over the logarithm of time."""
     (_, white), _ = noise_units(replay.log.unit)
     noise = white * replay.history.angle_random_walk[:, i]
     _draw_learned(axes, replay, noise, BLUE)
@@ -225,7 +225,7 @@ def draw_white_noise(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def draw_walk(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the strength of the bias' drift as learned, both scales logarithmic."""
+    """Draw the learned strength of the bias drift, with two logarithmic scales."""
     _, (_, walk) = noise_units(replay.log.unit)
     drift = walk * replay.history.rate_random_walk[:, i]
     _draw_learned(axes, replay, drift, ORANGE)
@@ -242,14 +242,14 @@ def _draw_learned(axes: Axes, replay: Replay, values: Floats, colour: str) -> No
 
 
 def _enclosing_limits(*series: Floats) -> tuple[float, float]:
-    """Return limits that hold each series, with room for a legend above."""
+    """Return limits that include all series, with room for a legend above."""
     known = [robust_limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
     low, high = min(low for low, _ in known), max(high for _, high in known)
     return low, high + 0.3 * (high - low)
 
 
 def drop_outliers(values: Floats) -> Floats:
-    """Return the values without outliers that would flatten the others to a line."""
+    """Return the values without outliers that would flatten the other values."""
     finite = values[np.isfinite(values)]
     if finite.size == 0:
         return finite
@@ -259,31 +259,31 @@ def drop_outliers(values: Floats) -> Floats:
 
 
 def _log_limits(values: Floats) -> tuple[float, float]:
-    """Return limits of a logarithmic scale, of at most so many decades as can be read."""
+    """Return limits of a logarithmic scale, with a readable number of decades."""
     high = float(np.max(values, where=values > 0.0, initial=0.0)) or 1.0
     least = float(np.min(values, where=values > 0.0, initial=high))
     return max(least, high / _MAX_DECADE_RATIO) / 2.0, high * 2.0
 
 
 def mean_duration(replay: Replay) -> float:
-    """Return the seconds over which the dots near a bias are means."""
+    """Return the averaging time of the dots near a bias, s."""
     return replay.log.n / replay.log.rate / min(_MEAN_COUNT, replay.log.n)
 
 
 def find_certain_rest(replay: Replay) -> Booleans | None:
-    """Return the mask of certain rest, shape (n, k); None where motion was not detected."""
+    """Return the mask of certain rest, shape (n, k); None if motion was not detected."""
     return None if replay.readings is None else replay.readings.certain_rest(replay.log.rate)
 
 
 def rest_means(replay: Replay, i: int, rest: Booleans | None) -> tuple[Floats, Floats]:
-    """Return times, s, and means of the samples of an axis at rest in equal parts of the record."""
+    """Return times, s, and means of an axis' samples at rest, in equal parts of the record."""
     z = replay.log.data[:, i]
     used = np.isfinite(z)
     if rest is not None:
         used &= rest[:, i]
     starts = split_into_parts(z.size, _MEAN_COUNT)
     counts = np.add.reduceat(used.astype(np.float64), starts)
-    # Scaled by the number of samples, numbers near the largest double can be summed.
+    # Divide by the number of samples first, so that very large numbers do not overflow.
     sums = np.add.reduceat(np.where(used, z / z.size, 0.0), starts)
     centre = (starts + np.append(starts[1:], z.size)) / (2.0 * replay.log.rate)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -291,7 +291,7 @@ def rest_means(replay: Replay, i: int, rest: Booleans | None) -> tuple[Floats, F
 
 
 def _shade(axes: Axes, replay: Replay, i: int, hatched: bool = False) -> None:
-    """Mark the times in motion, and shade those of a stuck or saturated sensor, behind all else."""
+    """Mark motion, and shade a stuck or saturated sensor, behind all curves."""
     lost = replay.lost[:, i]
     if replay.readings is not None:
         in_motion = ~(replay.readings.at_rest[:, i] | lost)
@@ -301,7 +301,7 @@ def _shade(axes: Axes, replay: Replay, i: int, hatched: bool = False) -> None:
 
 
 def _shade_where(axes: Axes, replay: Replay, mask: Booleans, look: Mapping[str, Any]) -> None:
-    """Shade these samples, each as wide at least as can be seen."""
+    """Shade the masked samples; each span is wide enough to be visible."""
     if not mask.any():
         return
     unit = time_unit(replay.log.duration)[1]

@@ -1,4 +1,4 @@
-"""A replay as plain text: scores, learned parameters, and notes."""
+"""Replay as plain text: scores, learned parameters, and notes."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ _TITLE: Final = "Bias as each method estimates it; 'raw': the samples"
 Row = tuple[str, ...]
 
 _OTHER_TIME: Final = "other, s"
-"""Head of the seconds that are not of rest."""
+"""Head of the column with the seconds that are not at rest."""
 _SIGMA_NOTE: Final = "With ± σ."
 _MEASURES_NOTE: Final = (
     "Coasting: angle error after an estimate is held for this time. Any low-pass filter lowers "
@@ -53,7 +53,7 @@ def _format_scores(replay: Summary) -> str:
 
 
 def format_replays(replays: Replays) -> str:
-    """Return the biases of several logs in one table, then notes on each."""
+    """Return the biases of several logs in one table, and notes on each log."""
     parts = [format_biases(replays.results)]
     for name, replay in replays.results.items():
         alarms = "\n".join(map(render_text, replay.alarms))
@@ -63,9 +63,9 @@ def format_replays(replays: Replays) -> str:
 
 
 def format_bias(replay: Summary) -> str:
-    """Return the bias of each axis at the end, its time at rest, and the cost of a hold.
+    """Return the bias of each axis at the end, its time at rest, and the error of a held bias.
 
-    A row for each axis; of auto with what it learned of the noise.
+    The table has a row for each axis. For "auto" it includes the learned noise.
     """
     heads, rows = _bias_columns(replay)
     title = f"Bias at the end, by {replay.method}: {Path(_source_name(replay)).name}"
@@ -74,7 +74,7 @@ def format_bias(replay: Summary) -> str:
 
 
 def format_biases(replays: Mapping[str, Summary]) -> str:
-    """Return the biases of several logs, by their names, in tables of those of one unit."""
+    """Return the biases of several logs by name, in one table per unit."""
     tables: dict[tuple[str, ...], list[tuple[str, ...]]] = {}
     for name, replay in replays.items():
         heads, rows = _bias_columns(replay, keep_unknown=True)
@@ -98,7 +98,7 @@ def format_biases(replays: Mapping[str, Summary]) -> str:
 
 
 def _bias_columns(replay: Summary, keep_unknown: bool = False) -> tuple[Row, tuple[Row, ...]]:
-    """Return heads and rows of the answer; unknown columns only with `keep_unknown`."""
+    """Return heads and rows of the bias table; unknown columns only with `keep_unknown`."""
     unit = replay.header.unit
     angle, factor = _ANGLE_UNITS.get(unit, (f"{unit} s", 1.0))
     scores = [score for score in replay.scores if score.method == replay.method]
@@ -131,7 +131,7 @@ def _source_name(replay: Summary) -> str:
 
 
 def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
-    """Return the meanings of columns whose heads do not say it, by their indices."""
+    """Return explanations of column heads, by column index."""
     horizons = tuple(f"{horizon:g} s, " for horizon in replay.horizons)
     meanings = {}
     for i, head in enumerate(heads):
@@ -147,10 +147,10 @@ def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
 def format_table(replay: Summary) -> str:
     """Return a table with a row for each axis and method, at most `WIDTH` columns wide.
 
-    A title, two of headings, one a row, some on what the numbers mean. A dash stands where a number
-    means nothing.
+    It has a title, two heading lines, the rows, and notes on the numbers. A dash replaces a number
+    without meaning.
 
-    `replay`: what to show; the error to the true bias is shown where that was given.
+    `replay`: replay to show. If it has a true bias, the table has the error relative to it.
     """
     rows = list(zip(*_score_columns(replay), strict=True))
     columns = select_fitting_columns(rows, 2, width(), range(len(rows[0]) - 1, 2, -1))
@@ -162,7 +162,7 @@ def format_table(replay: Summary) -> str:
 def format_learned(replay: Summary) -> str:
     """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
 
-    A row for each axis; empty for the published methods, which have no such parameters.
+    It has a row for each axis. It is empty for published methods, which have no such parameters.
     """
     if replay.method != "auto":
         return ""
@@ -182,9 +182,9 @@ def format_learned(replay: Summary) -> str:
 
 
 def format_notes(replay: Summary) -> str:
-    """Return the sentences on the log's clock, gaps and notes, and on the filter's actions.
+    """Return sentences on the log's clock, gaps and notes, and on the filter's actions.
 
-    Empty if there is nothing to say.
+    The text is empty if there are none.
     """
     return bullet_list(replay.notes)
 
@@ -206,7 +206,7 @@ def _score_columns(replay: Summary) -> Iterator[list[str]]:
 
 
 def _blank_repeats(names: Sequence[str]) -> list[str]:
-    """Return the names, each blank where it repeats the one before."""
+    """Return the names, with a blank for each repeated name."""
     return [name if i == 0 or names[i - 1] != name else "" for i, name in enumerate(names)]
 
 
@@ -221,7 +221,7 @@ def _format_number(value: float, spec: str) -> str:
 
 
 def _describe_noise(replay: Summary) -> str:
-    """Return a note that the steady curve is the estimate, and not a quieter log."""
+    """Return a note that the smooth curve is the estimate, not a log with less noise."""
     raw = [score.deviation for score in replay.scores if score.method == "raw"]
     ratios = [
         (split_unit(name)[0], after / before)

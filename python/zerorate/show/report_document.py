@@ -1,4 +1,4 @@
-"""The frame of pages that stand alone: their style, their script, and their sources."""
+"""Frame of self-contained pages: style, script, and sources."""
 
 from collections.abc import Iterable
 from html import escape
@@ -8,16 +8,16 @@ from typing import Final
 _CONTENT_POLICY: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 )
-"""Policy for a browser: the page loads nothing that is not in it."""
+"""Content policy for a browser: the page loads nothing from elsewhere."""
 
 
 _STYLE, _SCRIPT = "report_page.css", "report_page.js"
 
 
 def document(title: str, body: Iterable[str], style: str = "", script: str | None = None) -> str:
-    """Return a page as HTML, of a title that is text and a body that is HTML.
+    """Return an HTML page with a title (text) and a body (HTML).
 
-    `style` names a further file of styles; `script` takes the place of the report's.
+    `style` is the name of a further style file. `script` replaces the script of the report.
     """
     heading = escape(title)
     styles = "".join(map(_read_file, filter(None, (_STYLE, style))))

@@ -1,4 +1,4 @@
-"""The figures of a report: samples over time as least and largest of columns, spans marked."""
+"""Figures of a report: minimum and maximum of the samples over time, with marked spans."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 _VIEW_WIDTH, _VIEW_HEIGHT = 1000.0, 200.0
-"""Size of a figure, in its own units."""
+"""Width and height of a figure, in its own units."""
 _COLUMN_COUNT: Final = 1000
-"""Columns of a figure, each with the least and the largest sample in it."""
+"""Number of columns in a figure; each shows its smallest and its largest sample."""
 _ROW_TICKS, _COLUMN_TICKS = 4, 6
-"""Ticks of the two axes, about; the page's script has as many."""
+"""Approximate number of ticks on both axes, the same as in the page's script."""
 _MAX_MARKS: Final = 200
-"""Spans that are marked in a figure."""
+"""Largest number of marked spans in a figure."""
 _MAX_MARKED_SHARE: Final = 0.9
-"""Share of the time beyond which spans mark nothing."""
+"""Share of the time above which spans are not marked."""
 
 
 def longest_duration(imu_list: tuple[Imu, ...]) -> float:
-    """Return the duration of the longest log of a recording, s."""
+    """Return the duration of a recording's longest log, s."""
     sensors = [sensor for imu in imu_list for sensor in imu.sensors]
     return max(1e-9, *(float(sensor.log.sampled[-1]) - sensor.start for sensor in sensors))
 
 
 def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterator[str]:
-    """Yield the figures of reports, side by side, whose anchors begin with a prefix."""
+    """Yield the figures of reports next to each other; their anchors have a prefix."""
     steps = {
         "closer": "Closer",
         "wider": "Wider",
@@ -65,7 +65,7 @@ def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterat
 
 
 class _Curves(NamedTuple):
-    """Least and largest samples of each column of a figure, with their unit."""
+    """Smallest and largest samples of each column of a figure, with their unit."""
 
     times: Floats
     lows: Floats
@@ -74,7 +74,7 @@ class _Curves(NamedTuple):
 
 
 def _curves_of(sensor: Sensor) -> _Curves:
-    """Return the curves of a sensor: deg/s or m/s², or its own unit where that is not known."""
+    """Return the curves of a sensor in deg/s or m/s², or in its own unit if it is unknown."""
     unit = "deg/s" if sensor.name.startswith("gyro") else "m/s²"
     if sensor.factor is None:
         return _Curves(*_column_extremes(sensor, 1.0), sensor.log.unit)
@@ -83,7 +83,7 @@ def _curves_of(sensor: Sensor) -> _Curves:
 
 
 def _common_range(curves: Iterable[_Curves]) -> tuple[float, float]:
-    """Return the range of the samples of all sensors of one quantity, with a margin."""
+    """Return the common range of all sensors of one quantity, with a margin."""
     bounds = [
         (float(one.lows[finite].min()), float(one.highs[finite].max()))
         for one in curves
@@ -155,7 +155,7 @@ def nice_ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def _column_extremes(sensor: Sensor, factor: float) -> tuple[Floats, Floats, Floats]:
-    """Return times since the beginning, and the least and largest samples of each column."""
+    """Return times since the start, and the smallest and largest sample of each column."""
     log = sensor.log
     if log.n <= _COLUMN_COUNT:
         values = factor * log.data
@@ -171,7 +171,7 @@ def _to_view_y(values: Floats, low: float, high: float) -> Floats:
 
 
 def _make_path(across: Floats, lows: Floats, highs: Floats) -> str:
-    """Return a line through the least and the largest of each column, broken where none is."""
+    """Return a line through each column's minimum and maximum, with gaps for empty columns."""
     parts, in_line = [], False
     for x, a, b in zip(across.tolist(), lows.tolist(), highs.tolist(), strict=True):
         if not (math.isfinite(a) and math.isfinite(b)):

@@ -1,4 +1,4 @@
-"""A report as a page that stands alone, as a paragraph, and as a figure."""
+"""Report as a self-contained page, as a paragraph, and as a figure."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ if TYPE_CHECKING:
 
 _CODE_PATTERN: Final = re.compile("`([^`]*)`")
 _MAX_REPEATED: Final = 2
-"""Largest number of good findings of one kind that are not merged into one line."""
+"""Largest number of good findings of a kind that are listed one by one."""
 _NOTE_SECTIONS: Final = (ENTER, RECORD)
-"""Sections whose lines have no limit."""
+"""Sections without a limit on the number of lines."""
 _UNGROUPED_KINDS: Final = ("reading", "not identifiable")
-"""Kinds whose sentences say different things."""
+"""Kinds that are not grouped, because each sentence is different."""
 _MAX_FINDINGS: Final = 12
-"""Findings that a terminal shows."""
+"""Largest number of findings in a terminal."""
 _MAX_TERMINAL_SPANS: Final = 3
 _SHORT_TEXT: Final = 90
-"""Letters of a sentence that stays as it is."""
+"""Largest length of a sentence that is not shortened, in letters."""
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT_TEXT: Final = (
     "Findings state what was measured, not its cause. Limits and their sources are at the end. "
@@ -57,7 +57,7 @@ _ABOUT_TEXT: Final = (
 
 
 def format_report(report: Report) -> str:
-    """Return the summary, and the findings to act on and to look at, one sentence each."""
+    """Return the summary, and a sentence for each finding to act on or to look at."""
     lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(
         wrap_prose(_format_kind(report, of_kind), hang="      ")
@@ -69,9 +69,10 @@ def format_report(report: Report) -> str:
 
 
 def _short_text(report: Report, finding: Finding) -> str:
-    """Return the kind, the value against its limit, and the advice.
+    """Return the kind, the value with its limit, and the advice.
 
-    The finding's own sentence if that is short, or if it has no number with a limit.
+    If the finding's own sentence is short, or there is no number with a limit, return this
+    sentence.
     """
     limit = LIMITS.get(finding.kind)
     if limit is None or finding.value is None or len(finding.text) <= _SHORT_TEXT:
@@ -87,7 +88,7 @@ def _short_text(report: Report, finding: Finding) -> str:
 
 
 def _group_urgent(report: Report) -> list[list[Finding]]:
-    """Return the findings to act on and to look at, those of one kind together."""
+    """Return the findings to act on and to look at, grouped by kind."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in report.urgent_findings:
         kinds.setdefault((finding.severity, finding.kind), []).append(finding)
@@ -95,7 +96,7 @@ def _group_urgent(report: Report) -> list[list[Finding]]:
 
 
 def _format_kind(report: Report, findings: list[Finding]) -> str:
-    """Return the first finding of a kind, its time, and the number of others."""
+    """Return the first finding of a kind, its time, and the number of further findings."""
     first, more = findings[0], len(findings) - 1
     spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
@@ -103,7 +104,7 @@ def _format_kind(report: Report, findings: list[Finding]) -> str:
 
 
 def plot_report(report: Report) -> Figure:
-    """Return a bar for each span that a finding rests on, those to act on above."""
+    """Return a figure with a bar for each span of a finding; urgent findings are above."""
     findings = [finding for finding in report.urgent_findings if finding.spans][:_MAX_FINDINGS]
     height = 5.0 * max(1, len(findings)) + 2.0
     figure = new_figure(110.0, height + 18.0)
@@ -125,7 +126,7 @@ def plot_report(report: Report) -> Figure:
 
 
 def report_page(report: Report) -> str:
-    """Return the page as HTML, with figures in it, no other file and no network."""
+    """Return the page as HTML with figures; it needs no other file and no network."""
     title = f"{report.source.rpartition('/')[2]}: report of the IMU"
     return document(title, _make_body(report))
 
@@ -153,7 +154,7 @@ def _section_anchor(name: str) -> str:
 
 
 def _list_findings(findings: tuple[Finding, ...]) -> str:
-    """Return findings as a list, those of one kind and severity merged where they are many."""
+    """Return findings as a list; many findings of one kind and severity are merged."""
     groups: dict[object, list[Finding]] = {}
     for index, finding in enumerate(findings):
         is_grouped = finding.kind not in _UNGROUPED_KINDS
@@ -172,7 +173,7 @@ def _format_group(findings: list[Finding]) -> str:
 
 
 def _collapse_group(findings: list[Finding]) -> str:
-    """Return findings of one kind as a line that opens, the first urgent one before it."""
+    """Return findings of one kind as a line that opens, after the first urgent finding."""
     first = "" if findings[0].severity == "good" else _format_finding(findings[0])
     hidden = findings[bool(first) :]
     kind, unit, severity = hidden[0].kind, hidden[0].unit, hidden[0].severity
@@ -194,13 +195,13 @@ def _format_range(values: list[float]) -> str:
 
 
 def _shortened(report: Report, finding: Finding) -> Finding:
-    """Return a finding with its short text, whose advice is not repeated below it."""
+    """Return a finding with its short text, so that the advice below it is not repeated."""
     text = _short_text(report, finding)
     return finding if text == finding.text else replace(finding, text=text, advice="")
 
 
 def _list_first(report: Report) -> str:
-    """Return the first finding of each urgent kind, and the number of others."""
+    """Return the first finding of each urgent kind, and the number of further findings."""
     items = "".join(
         _format_finding(_shortened(report, finding), len(others))
         for finding, *others in _group_urgent(report)
@@ -232,13 +233,13 @@ def _format_finding(finding: Finding, others: int = 0) -> str:
 
 
 def finding_cell(finding: Finding, prefix: str) -> str:
-    """Return a finding in short: severity, sentence, and the link to its figure."""
+    """Return a finding in short form: severity, sentence, and a link to its figure."""
     link = f" {_figure_link(finding, prefix)}" if finding.figure else ""
     return f'<b class="{finding.severity}">{finding.severity}</b> {escape(finding.text)}{link}'
 
 
 def _figure_link(finding: Finding, prefix: str = "") -> str:
-    """Return a link to the figure of a finding, which then shows its first span."""
+    """Return a link to a finding's figure, which then shows the finding's first span."""
     anchor = f"#{prefix}{finding.figure}"
     if not finding.spans:
         return f'<a href="{anchor}">Figure of {escape(finding.figure.partition("-")[2])}</a>.'
@@ -272,5 +273,5 @@ def _limit_row(limit: Limit) -> str:
 
 
 def limit_text(value: float) -> str:
-    """Return a limit as a table shows it, a dash where there is none."""
+    """Return a limit as text; a dash if there is no limit."""
     return f"{shorten(value, 3)}" if math.isfinite(value) else "–"

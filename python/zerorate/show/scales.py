@@ -1,4 +1,4 @@
-"""Limits and scales of panels, and long series cut down to what a panel can show."""
+"""Limits and scales of panels, and reduction of long series to the visible detail."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -14,27 +14,27 @@ if TYPE_CHECKING:
 Panels = np.ndarray[Any, np.dtype[np.object_]]
 
 MAX_BUCKETS: Final = 200
-"""Parts of a series that a panel shows: about as many as it has room for."""
+"""Largest number of buckets of a series in a panel."""
 
 MAX_COLUMNS: Final = 400
-"""Parts of a series across a panel a page's column wide: two pixels of its PNG each."""
+"""Largest number of columns in a panel of a page column; each is two pixels of the PNG."""
 
 _TAIL_SHARE: Final = 0.005
 _MAX_QUANTILE_SAMPLES: Final = 96
-"""Samples of a part of which quantiles are taken, evenly spread over it."""
+"""Largest number of samples per column for quantiles, evenly spread over the column."""
 
 _BAND_QUANTILES: Final = (0.05, 0.95)
 
 
 def split_into_parts(n: int, count: int) -> npt.NDArray[np.intp]:
-    """Return the first sample of so many equal parts of n samples, of fewer if n is smaller."""
+    """Return the first sample of each of `count` equal parts of n samples, fewer if n is small."""
     return np.unique(np.linspace(0, n, min(count, n), endpoint=False).astype(np.intp))
 
 
 def bucket_extremes(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
-    """Return time (s), least and greatest value of at most `MAX_BUCKETS` buckets of a series (n,).
+    """Return times, s, minima and maxima of at most `MAX_BUCKETS` buckets of a series (n,).
 
-    A bucket without a present sample is NaN.
+    A bucket without a sample is NaN.
     """
     starts = split_into_parts(z.size, MAX_BUCKETS)
     centre = (starts + np.append(starts[1:], z.size) - 1) / (2.0 * rate)
@@ -43,7 +43,7 @@ def bucket_extremes(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
 
 
 def trace_outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
-    """Return time (s) and values of a line that covers a series (n,), peaks included."""
+    """Return times, s, and values of a line that covers a series (n,), including its peaks."""
     if z.size <= 2 * MAX_BUCKETS:
         return np.arange(z.size) / rate, np.where(np.isfinite(z), z, np.nan)
     centre, least, most = bucket_extremes(z, rate)
@@ -51,14 +51,14 @@ def trace_outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
 
 
 class Band(NamedTuple):
-    """A series (n,) with its scatter as a band, where overlapping lines would hide it.
+    """A series (n,) and its scatter as a band, where overlapping lines would hide it.
 
     Attributes
     ----------
     middle : ndarray, shape (m,)
-        Index of the middle of each part, whole or half.
+        Index of the middle of each part; it may be a half number.
     low, median, high : ndarray, shape (m,)
-        Quantiles 5 %, 50 % and 95 % of each part; NaN where nothing is there.
+        Quantiles 5 %, 50 % and 95 % of each part. NaN for a part without samples.
     """
 
     middle: Floats
@@ -68,12 +68,12 @@ class Band(NamedTuple):
 
 
 def column_quantiles(z: Floats, columns: int = MAX_COLUMNS) -> Band:
-    """Return the quantiles of each pixel's column of a series (n,); it is itself where short."""
+    """Return the quantiles of each pixel column of a series (n,); short series are unchanged."""
     starts = split_into_parts(z.size, columns)
     lengths = np.append(starts[1:], z.size) - starts
     count = min(_MAX_QUANTILE_SAMPLES, int(lengths.max(initial=1)))
     samples = z[starts[:, np.newaxis] + lengths[:, np.newaxis] * np.arange(count) // count]
-    # What is missing is last of its row, and not counted.
+    # Sorting puts missing samples last, where they are not counted.
     finite = np.isfinite(samples)
     ordered = np.sort(np.where(finite, samples, np.nan), axis=1)
     last = np.maximum(finite.sum(axis=1) - 1, 0)
@@ -86,9 +86,9 @@ def column_quantiles(z: Floats, columns: int = MAX_COLUMNS) -> Band:
 
 
 def robust_limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, float]:
-    """Return limits that hold all but the outermost half per cent of the values, and a margin.
+    """Return limits that include all but the outermost half percent of the values, and margins.
 
-    Margins are in spans of the values. The limits are finite and apart whatever the values.
+    The margins are relative to the range of the values. The limits are always finite and different.
     """
     finite = z[np.isfinite(z)]
     low, high = np.quantile(finite, (_TAIL_SHARE, 1.0 - _TAIL_SHARE)) if finite.size else (0.0, 1.0)
@@ -100,7 +100,7 @@ def robust_limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[fl
 
 
 def share_limits(row: Iterable["Axes"]) -> None:
-    """Give panels the limits that hold those of each in which something is drawn."""
+    """Give panels common limits, from all panels with drawn curves."""
     panels = list(row)
     shown = [axes.get_ylim() for axes in panels if _is_drawn(axes)]
     if shown:
@@ -110,7 +110,7 @@ def share_limits(row: Iterable["Axes"]) -> None:
 
 
 def share_heights(row: Panels) -> None:
-    """Give panels the same limits, from their lines without initial jumps."""
+    """Give panels common limits, from their lines without initial jumps."""
     start = 2.0 * row[0].get_xlim()[0]
     shown = [
         np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
@@ -126,7 +126,7 @@ def share_heights(row: Panels) -> None:
 
 
 def share_decades(row: Panels) -> None:
-    """Give logarithmic panels the same limits, with room for a legend below the lines."""
+    """Give logarithmic panels common limits, with room for a legend below the lines."""
     shown = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
     shown = shown[np.isfinite(shown)]
     least, most = (shown.min(), shown.max()) if shown.size else (1.0, 1.0)

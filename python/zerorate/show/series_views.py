@@ -1,4 +1,4 @@
-"""Results that are series over a record: one panel per quantity, and a table of their sizes."""
+"""Views of series over a record: a panel per quantity, and a table of their sizes."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ if TYPE_CHECKING:
     from zerorate.tasks.trace import Trace
     from zerorate.types import Floats
 
-# Millimetres.
+# Sizes in mm.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (*AXIS_COLOURS, BLACK)
 _MAX_POINTS: Final = 4000
-"""Largest number of points of a curve: more cannot be distinguished."""
+"""Largest number of points of a curve; more are not visible."""
 _BAND_QUANTILES: Final = ((-1.0, 0.05), (1.0, 0.95))
-"""Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
+"""Signs of the edges of a band, and the quantile of each edge that the panel includes."""
 _MAX_NAMES: Final = 6
-"""Curves of a panel that get a name."""
+"""Largest number of curves with a name in a panel."""
 
 
 class _Panel(NamedTuple):
-    """Curves of one quantity: values (n, k), their names, standard deviations (n, k) or None."""
+    """Curves of a quantity: values (n, k), names, and standard deviations (n, k) or None."""
 
     label: str
     values: Floats
@@ -56,7 +56,7 @@ class _Panel(NamedTuple):
 
 
 def plot_integrated(result: Integrated) -> Figure:
-    """Return the angle over time with two standard deviations, or those of each axis alone."""
+    """Return a figure of the angle over time, with two standard deviations."""
     angle = np.degrees(result.angle)[:, None]
     sigma = None if result.sigma is None else np.degrees(result.sigma).reshape(len(angle), -1)
     if sigma is not None and sigma.shape[1] == 1:
@@ -68,7 +68,7 @@ def plot_integrated(result: Integrated) -> Figure:
 
 
 def format_integrated(result: Integrated) -> str:
-    """Return the last angle with its standard deviation, and the missing samples."""
+    """Return the last angle with its standard deviation, and the number of missing samples."""
     rows = [
         ("angle at the end", f"{format_significant(float(np.degrees(result.angle[-1])), 5)} deg")
     ]
@@ -91,7 +91,7 @@ def plot_corrected(result: Corrected) -> Figure:
 
 
 def plot_log(log: Log) -> Figure:
-    """Return the samples of a log, one panel per unit, one curve per channel."""
+    """Return a figure of a log's samples, with a panel per unit and a curve per channel."""
     panels = []
     for unit in dict.fromkeys(log.units):
         channels = [i for i, of_channel in enumerate(log.units) if of_channel == unit]
@@ -115,7 +115,7 @@ def format_log(log: Log) -> str:
 
 
 def plot_denoised(result: Denoised) -> Figure:
-    """Return the record that is left, a curve a column, over its samples."""
+    """Return a figure of the denoised record, with a curve per column."""
     values = result.signal.reshape(len(result.signal), -1)
     panels = [_Panel("signal", values, _number_names("column", values.shape[1]))]
     return _draw_figure("What remains without noise?", panels, None)
@@ -134,7 +134,7 @@ def format_denoised(result: Denoised) -> str:
 
 
 def plot_linear(result: LinearRun) -> Figure:
-    """Plot each state with two standard deviations if they were kept, and the NIS."""
+    """Return a figure of each state, with two standard deviations if stored, and of the NIS."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     panels = _make_state_panels(result.state, sigma)
     if result.complete:
@@ -144,13 +144,13 @@ def plot_linear(result: LinearRun) -> Figure:
 
 
 def plot_smoothed(result: SmoothedRun) -> Figure:
-    """Return each state of the smoother with two standard deviations."""
+    """Return a figure of the smoother's states, with two standard deviations."""
     panels = _make_state_panels(result.state, _standard_deviations(result.covariance))
     return _draw_figure("What do later samples add?", panels, None)
 
 
 def format_linear(result: LinearRun) -> str:
-    """Return the last state and its standard deviations, the mean NIS and the log-likelihood."""
+    """Return the last state with standard deviations, the mean NIS and the log likelihood."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     text = _format_last_state("Linear Kalman filter", result.state, sigma)
     if not result.complete:
@@ -165,13 +165,13 @@ def format_linear(result: LinearRun) -> str:
 
 
 def format_smoothed(result: SmoothedRun) -> str:
-    """Return the last state of the smoother and its standard deviations."""
+    """Return the smoother's last state, with standard deviations."""
     sigma = _standard_deviations(result.covariance)
     return _format_last_state("Linear Kalman filter, smoothed", result.state, sigma)
 
 
 def plot_trace(result: Trace) -> Figure:
-    """Return the bias with two standard deviations, the innovation, and the noise R."""
+    """Return a figure of the bias with two standard deviations, the innovation, and the noise R."""
 
     def columns(values: Floats) -> Floats:
         return values.reshape(len(result), math.prod(values.shape[1:]))
@@ -187,7 +187,7 @@ def plot_trace(result: Trace) -> Figure:
 
 
 def format_trace(result: Trace) -> str:
-    """Return the last bias of each channel with its sigma, and counts of its samples."""
+    """Return the last bias of each channel with its sigma, and the numbers of samples."""
     title = f"Drift filter: {len(result)} samples"
     if not len(result):
         return title
@@ -207,7 +207,7 @@ def format_trace(result: Trace) -> str:
 
 
 def plot_fused(result: FusedAccelerometers) -> Figure:
-    """Return the acceleration of all sensors as one, and the share of each."""
+    """Return a figure of the fused acceleration, and the share of each sensor."""
     panels = [
         _Panel(f"acceleration [{result.unit}]", result.accel, tuple("xyz")),
         _Panel("weights", result.weights, _number_names("sensor", result.weights.shape[1])),
@@ -216,7 +216,7 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
 
 
 def format_fused(result: FusedAccelerometers) -> str:
-    """Return the share of each sensor, its exclusions, and its residual."""
+    """Return each sensor's share, exclusions and residual."""
     rows = tuple(
         (
             f"sensor {k}",
@@ -238,7 +238,7 @@ def format_fused(result: FusedAccelerometers) -> str:
 
 
 def _make_state_panels(state: Floats, sigma: Floats | None) -> list[_Panel]:
-    """Return one panel per state, one curve per channel."""
+    """Return a panel per state, with a curve per channel."""
     values = state.reshape(len(state), -1, state.shape[-1])
     names = _number_names("channel", values.shape[1])
     spread = None if sigma is None else sigma.reshape(values.shape)
@@ -279,7 +279,7 @@ def _append_notes(text: str, notes: Sequence[str]) -> str:
 
 
 def _draw_figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
-    """Return the panels above each other, over seconds or over the samples."""
+    """Return a figure with the panels below each other, over seconds or samples."""
     height = _BELOW + _ABOVE + len(panels) * (_PANEL + _BETWEEN)
     figure = new_figure(_WIDTH, height)
     axes: list[Axes] = []
@@ -297,7 +297,7 @@ def _draw_figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Fi
 
 
 def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
-    """Draw the curves of a panel; return the label of its time axis."""
+    """Draw the curves of a panel, and return the label of its time axis."""
     n = len(panel.values)
     unit, length = ("sample", 1.0) if rate is None else time_unit(n / rate)
     step = max(1, n // _MAX_POINTS)
@@ -313,7 +313,7 @@ def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
             )
     axes.set_ylabel(panel.label)
     if panel.sigma is not None and n:
-        # The estimates at the start would hide all later ones.
+        # Otherwise the large values at the start would hide all later values.
         spread = 2.0 * panel.sigma
         low, high = (
             np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND_QUANTILES

@@ -1,7 +1,7 @@
-"""Panels in a column over one time axis: the frame of every figure of series.
+"""Column of panels over one time axis, as the frame of figures of series.
 
-It is as wide as a column of a page. What a panel shows and its unit stand over it, with the names
-of its lines; the title is the question that the figure answers.
+The figure is as wide as a page column. Above each panel are its quantity, its unit and the names of
+its lines. The title is the question that the figure answers.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
     from zerorate.types import Booleans, Floats
 
-# Millimetres.
+# Sizes in mm.
 LEFT_MM: Final = 10.0
 RIGHT_MM: Final = 2.5
 INNER_WIDTH_MM: Final = COLUMN_WIDTH_MM - LEFT_MM - RIGHT_MM
 _TOP, _TITLE_LINE, _ANSWER_LINE = 1.5, 3.5, 3.0
 _AXIS, _CAPTION_LINE, _CORNER = 7.5, 2.6, 3.6
 HEAD_HEIGHT_MM: Final = 4.6
-"""Over a panel, for what it shows and for the names of its lines."""
+"""Height above a panel for its quantity and the names of its lines, mm."""
 
 _EDGE: Final = 1.5
 _TITLE_LETTERS, _ANSWER_LETTERS, _CAPTION_LETTERS = 50, 64, 72
@@ -49,26 +49,26 @@ _MIN_PLAIN, _MAX_PLAIN, _COMMON_OFFSET_RATIO = 0.01, 1e4, 1e-2
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 BAND_SIGMAS: Final = 2.0
-"""Half of what a band is wide, in standard deviations."""
+"""Half width of a band, in standard deviations."""
 
 
 class Stack:
-    """A figure and its panels, from above; each is added where the one before ended.
+    """A figure with panels from top to bottom; each is added below the previous panel.
 
     Parameters
     ----------
     title : str
-        The question that the figure answers.
+        Question that the figure answers.
     answer : str
-        What it answers, in a line or two.
+        Answer, in a line or two.
     caption : str
-        What a reader must know to read it.
+        Explanation for the reader.
     heights : sequence of float
-        Of the rows of panels, mm.
+        Heights of the rows of panels, mm.
     between : float
-        Additional space between rows, mm, as by `skip`.
+        Additional space between rows, mm, used by `skip`.
     colour : str
-        Of the answer.
+        Colour of the answer.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Stack:
             self.figure.text(*corner, "\n".join(lines), va="top", **look)
 
     def add(self, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True) -> Axes:
-        """Return the next panel; one that is not the last of its row has others next to it."""
+        """Return the next panel; with `last=False` another panel follows in the same row."""
         height = self._heights[0]
         panel = add_panel(
             self.figure, left, self.height - self._above - HEAD_HEIGHT_MM - height, width, height
@@ -114,13 +114,13 @@ class Stack:
         return panel
 
     def skip(self, millimetres: float) -> None:
-        """Leave room under the last panel, of what is free between rows."""
+        """Leave space below the last panel, from the space between rows."""
         self._above += millimetres
 
     def share_scale(self, panels: Sequence[Axes]) -> None:
-        """Give panels of one quantity the same span, and numbers of one power of ten.
+        """Give panels of one quantity the same span, and numbers with a common power of ten.
 
-        Where a common span is small against the values, each panel shows what is left of its
+        If the span is small compared with the values, each panel shows its values minus their
         median.
         """
         limits = [panel.get_ylim() for panel in panels]
@@ -131,7 +131,7 @@ class Stack:
         self._groups.append(list(panels))
 
     def finish(self, source: str, rate: float, seconds: float) -> Figure:
-        """Write the recording into the corner, style all panels, and return the figure."""
+        """Write the recording's name into the corner, style all panels, and return the figure."""
         visible = [panel for panel in self.panels if panel.axison]
         style_panels(visible)
         grouped = {id(panel) for group in self._groups for panel in group}
@@ -144,7 +144,7 @@ class Stack:
 
 
 def share_time_axis(panels: Sequence[Axes], first: float, last: float, unit: str) -> None:
-    """Give panels one time axis, whose numbers stand under the last."""
+    """Give panels one time axis, with numbers below the last panel only."""
     for panel in panels:
         panel.set_xlim(first, last if last > first else first + 1.0)
     for panel in panels[:-1]:
@@ -154,14 +154,14 @@ def share_time_axis(panels: Sequence[Axes], first: float, last: float, unit: str
 
 def write_head(panel: Axes, text: str) -> None:
     """Write the title of a panel above it."""
-    # With no y matplotlib lays out all ticks to find one: a quarter of the time of drawing.
+    # Without y, matplotlib lays out all ticks to find it: a quarter of the drawing time.
     panel.set_title(text, loc="left", size=FONT_PT, pad=2.2, y=1.0)
 
 
 def _shorten_numbers(panels: Sequence[Axes]) -> None:
-    """Write the power of ten of panels with one span, and the median where it is large, above them.
+    """Write the common power of ten above the panels, and the median if it is large.
 
-    Matplotlib would write it there by itself, over other letters.
+    Matplotlib would write the power of ten over other letters.
     """
     limits = [panel.get_ylim() for panel in panels]
     span = max(high - low for low, high in limits)
@@ -180,7 +180,7 @@ def _shorten_numbers(panels: Sequence[Axes]) -> None:
 
 
 def _median_of(panel: Axes) -> float:
-    """Return the median of a panel's first curve, or the middle of its scale where it has none."""
+    """Return the median of a panel's first curve, or the middle of its scale without a curve."""
     low, high = panel.get_ylim()
     for line in panel.get_lines():
         values = np.asarray(line.get_ydata(), dtype=np.float64)
@@ -196,7 +196,7 @@ def _write_shortened(panel: Axes, offset: float, power: int) -> None:
     unit = 10.0**power
 
     def shortened(value: float, _: int) -> str:
-        # What is left of a difference that should be zero is none; nor is a zero negative.
+        # Round, so that a zero has neither a rounding error nor a minus sign.
         return Formatter.fix_minus(f"{round((value - offset) / unit, 6) + 0.0:.6g}")
 
     text = panel.get_title(loc="left")
@@ -214,7 +214,7 @@ def _write_shortened(panel: Axes, offset: float, power: int) -> None:
 
 
 def write_names(panel: Axes, columns: int = 4) -> None:
-    """Write the names of a panel's lines over its right half."""
+    """Write the names of a panel's lines above its right half."""
     panel.legend(
         loc="lower right",
         bbox_to_anchor=(1.005, 1.0),
@@ -230,7 +230,7 @@ def write_names(panel: Axes, columns: int = 4) -> None:
 
 
 def draw_band(panel: Axes, times: Floats, band: Band, colour: str, name: str) -> None:
-    """Draw a series as a band, and through it its median."""
+    """Draw a series as a band, with its median as a line."""
     panel.fill_between(times, band.low, band.high, color=colour, alpha=0.35, lw=0.0)
     panel.plot(times, band.median, color=colour, lw=0.6, label=name)
 
@@ -238,7 +238,7 @@ def draw_band(panel: Axes, times: Floats, band: Band, colour: str, name: str) ->
 def draw_with_sigma(
     panel: Axes, times: Floats, values: Floats, sigma: Floats, colour: str, name: str
 ) -> None:
-    """Draw a series with two standard deviations to either side."""
+    """Draw a series with plus and minus two standard deviations."""
     half = BAND_SIGMAS * sigma
     panel.fill_between(times, values - half, values + half, color=colour, alpha=0.22, lw=0.0)
     panel.plot(times, values, color=colour, lw=0.7, label=name)
@@ -247,7 +247,7 @@ def draw_with_sigma(
 def shade(
     panel: Axes, begins: Floats, ends: Floats, colour: str = GREY, alpha: float = 0.8
 ) -> None:
-    """Shade a panel in these spans of time, behind all else."""
+    """Shade time spans of a panel, behind all curves."""
     if len(begins) == 0:
         return
     panel.broken_barh(
@@ -262,7 +262,7 @@ def shade(
 
 
 def find_spans(mask: Booleans, columns: int = MAX_COLUMNS) -> tuple[Floats, Floats]:
-    """Return begins and ends, in samples, of where something is so, each as wide as can be seen."""
+    """Return start and end of each run of True, in samples; each is wide enough to be visible."""
     if not mask.any():
         return np.empty(0), np.empty(0)
     starts = split_into_parts(mask.size, columns)
@@ -272,7 +272,7 @@ def find_spans(mask: Booleans, columns: int = MAX_COLUMNS) -> tuple[Floats, Floa
 
 
 def add_margin(low: float, high: float, margin: float = 0.08) -> tuple[float, float]:
-    """Return limits with a margin; they are apart and finite whatever is given."""
+    """Return limits with a margin; they are always finite and different."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return -1.0, 1.0
     span = high - low

@@ -1,4 +1,4 @@
-"""The one style of all figures: colours, sizes, ticks, legends, titles, captions; their files."""
+"""Common style of all figures: colours, sizes, ticks, legends, titles, captions, files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Corner = Literal["upper right", "lower left"]
 
-# Of Okabe and Ito, which colour-blind readers can distinguish.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish.
 BLACK: Final = "#000000"
 ORANGE: Final = "#E69F00"
 SKY: Final = "#56B4E9"
@@ -32,9 +32,9 @@ YELLOW: Final = "#F0E442"
 GREY: Final = "#DDDDDD"
 ROSE: Final = "#F4CFE0"
 BROWN: Final = "#7A4A1E"
-"""Not of theirs: a sixth colour, dark enough for text."""
+"""Further colour, not of Okabe and Ito, dark enough for text."""
 
-# The same hues, dark enough for text on white and on either shade: a contrast of 4.5 or more.
+# The same hues for text on white, grey or rose, with a contrast of at least 4.5.
 ORANGE_TEXT: Final = "#7E5700"
 SKY_TEXT: Final = "#2F6482"
 GREEN_TEXT: Final = "#006C4F"
@@ -55,40 +55,40 @@ _TEXT_COLOURS: Final = {
 }
 
 AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
-"""Colours of x, y and z in all figures: a reader without red or green distinguishes them."""
+"""Colours of x, y and z in all figures; readers with colour-blindness can distinguish them."""
 
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
 
 INCHES_PER_MM: Final = 1.0 / 25.4
-"""A millimetre in inches."""
+"""Factor from mm to inches."""
 
 COLUMN_WIDTH_MM: Final = 85.0
-"""Width of a column of a journal's page, mm: what is drawn so wide has letters of their size."""
+"""Width of a journal column, mm; figures of this width have letters of the text's size."""
 
 FONT_PT: Final = 6.5
 SMALL_FONT_PT: Final = 5.8
-"""Letters of captions, corners and ticks, points."""
+"""Size of letters in captions, corners and ticks, points."""
 
 _COLUMN_DPI: Final = 254
 WIDE_DPI: Final = 200
-"""Pixels an inch of figures across two columns."""
+"""Resolution of figures across two columns, pixels per inch."""
 
 
 def time_unit(duration: float) -> tuple[str, float]:
-    """Return the unit in which a time axis of so many seconds reads well, and its length in s."""
+    """Return a readable unit for a time axis of `duration` s, and the unit's length, s."""
     if duration <= 600.0:
         return "s", 1.0
     return ("min", 60.0) if duration <= 4 * 3600.0 else ("h", 3600.0)
 
 
 def text_colour(colour: str) -> str:
-    """Return the colour for text about a line of this colour."""
+    """Return the text colour for a line of this colour."""
     return _TEXT_COLOURS.get(colour, colour)
 
 
 def contrast(colour: str, other_colour: str) -> float:
-    """Return the contrast of two colours ``#rrggbb``, 1 to 21, as WCAG 2.1 defines it."""
+    """Return the contrast of two colours ``#rrggbb``, 1 to 21, as defined by WCAG 2.1."""
     low, high = sorted((_luminance(colour), _luminance(other_colour)))
     return (high + 0.05) / (low + 0.05)
 
@@ -100,7 +100,7 @@ def _luminance(colour: str) -> float:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of so many millimetres, outside of matplotlib's global state."""
+    """Return an empty figure, with sizes in mm, outside matplotlib's global state."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -121,7 +121,7 @@ def add_panel(
     height: float,
     sharex: Axes | None = None,
 ) -> Axes:
-    """Return the next panel of a figure, its place and size in millimetres."""
+    """Return the next panel of a figure, with position and size in mm."""
     rectangle = _place_of(figure, left, bottom, width, height)
     return next_panel(lambda shared: figure.add_axes(rectangle, sharex=sharex if shared else None))
 
@@ -129,7 +129,7 @@ def add_panel(
 def add_colour_bar(
     axes: Axes, figure: Figure, left: float, bottom: float, width: float, height: float
 ) -> Axes:
-    """Return axes for the colours of a panel: in its figure, or next to axes of the caller."""
+    """Return axes for a panel's colour bar: in its figure, or next to axes of the caller."""
     if axes.figure is not figure:
         return axes.inset_axes((1.03, 0.0, 0.04, 1.0))
     return figure.add_axes(_place_of(figure, left, bottom, width, height))
@@ -138,13 +138,13 @@ def add_colour_bar(
 def _place_of(
     figure: Figure, left: float, bottom: float, width: float, height: float
 ) -> tuple[float, float, float, float]:
-    """Return a rectangle given in millimetres in parts of a figure."""
+    """Return a rectangle, given in mm, in fractions of the figure."""
     across, up = figure.get_size_inches() / INCHES_PER_MM
     return left / across, bottom / up, width / across, height / up
 
 
 def _height_fraction(figure: Figure, millimetres: float) -> float:
-    """Return the part of a figure's height that so many millimetres are."""
+    """Return a height, given in mm, as a fraction of the figure's height."""
     return float(millimetres * INCHES_PER_MM / figure.get_figheight())
 
 
@@ -161,12 +161,12 @@ def write_title(figure: Figure, text: str) -> None:
 
 
 def with_minus_signs(text: str) -> str:
-    """Return a text with the minus sign that ticks have, before numbers."""
+    """Return a text with the minus sign of ticks before numbers."""
     return re.sub(r"(?<![\w.)])-(?=\d)", "\N{MINUS SIGN}", text)
 
 
 def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> None:
-    """Write the caption under a figure."""
+    """Write the caption below a figure."""
     figure.text(
         0.5,
         _height_fraction(figure, 2.0),
@@ -179,7 +179,7 @@ def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> Non
 
 
 def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
-    """Write a recording's name, rate and span, as far as known, into the lower right corner."""
+    """Write a recording's name, rate and length, if known, into the lower right corner."""
     unit, length = time_unit(seconds)
     details = [f"{shorten(rate, 4)} Hz"] if rate > 0.0 else []
     details += [f"{shorten(seconds / length, 4)} {unit}"] if seconds > 0.0 else []
@@ -197,19 +197,19 @@ def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> No
 
 
 def shorten_source(source: str, max_letters: int = 44) -> str:
-    """Return the last part of a path, its middle left out where it is too long."""
+    """Return the last part of a path, shortened in its middle if it is too long."""
     name = Path(source).name or source
     half = max_letters // 2
     return name if len(name) <= max_letters else f"{name[:half]}…{name[-half:]}"
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
-    """Write the reason why a panel is empty."""
+    """Write into a panel the reason why it is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT_PT, color=GREY_TEXT)
 
 
 def write_legend(axes: Axes, corner: Corner, columns: int, sample_length: float = 1.1) -> None:
-    """Write a panel's legend into a corner; samples of lines are `sample_length` letters long."""
+    """Write a legend into a panel's corner; line samples are `sample_length` letters long."""
     axes.legend(
         loc=corner,
         ncols=columns,
@@ -226,7 +226,7 @@ def write_legend(axes: Axes, corner: Corner, columns: int, sample_length: float 
 
 
 def style_decades(axes: Axes, min_decades: int = 1) -> None:
-    """Write decades as plain numbers, and 2 and 5 where the scale spans fewer than so many."""
+    """Write powers of ten as plain numbers, and 2 and 5 if the scale has fewer decades."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     formatter = FuncFormatter(lambda value, _: f"{value:g}")
@@ -240,7 +240,7 @@ def style_decades(axes: Axes, min_decades: int = 1) -> None:
 
 
 def style_panels(panels: Sequence[Axes]) -> None:
-    """Make lines, letters and ticks small and few."""
+    """Set small lines and letters, and few ticks."""
     for axes in panels:
         axes.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
         axes.tick_params(which="minor", width=0.3, length=1.2)
@@ -255,7 +255,7 @@ def style_panels(panels: Sequence[Axes]) -> None:
 
 
 def _set_ticks(axis: Axis, vertical: bool) -> None:
-    """Keep ticks few: each one costs as much time as a curve."""
+    """Limit the number of ticks, because each tick takes as long to draw as a curve."""
     from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
     if axis.get_scale() == "log":

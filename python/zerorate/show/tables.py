@@ -1,4 +1,4 @@
-"""Tables that a terminal and a page can both show, and the sentences under them."""
+"""Tables for terminals and pages, and the sentences below them."""
 
 import math
 import textwrap
@@ -21,35 +21,35 @@ __all__ = [
 ]
 
 GAP: Final = "  "
-"""Between the columns of a table."""
+"""Gap between the columns of a table."""
 
 _MIN_WORD_LETTERS: Final = 16
-"""Letters that are left of words at least."""
+"""Smallest width to which words are cut, letters."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A title, a row of column heads, rows of cells, and a note under them.
+    """A title, column heads, rows of cells, and a note below them.
 
     Attributes
     ----------
     title : str
-        Of the table.
+        Title of the table.
     head : tuple of str
-        One a column; empty for a table without heads.
+        Head of each column. Empty for a table without heads.
     rows : tuple of tuple of str
-        As many cells each as there are columns.
+        Rows with one cell per column.
     words : int
-        Columns from the left that hold words; the others hold numbers and end flush right.
+        Number of columns with words, from the left. The other columns have numbers, aligned right.
     note : str
-        A sentence; empty for none.
+        Sentence below the table. Empty for none.
     spare : tuple of int
-        Columns that are left out where lines are short, in this order; by default those of numbers,
-        the last first, except for one.
+        Columns to leave out in this order if lines are too long. Default: columns of numbers from
+        the last to the second.
     legend : mapping of int to str
-        What columns mean, said under the note where they are shown.
+        Meanings of columns, by index. They are written below the note if the column is shown.
     blocks : bool
-        Put columns that do not fit below the others, instead of leaving them out.
+        True puts columns that do not fit below the others, instead of leaving them out.
     """
 
     title: str
@@ -63,7 +63,7 @@ class Table:
 
 
 def as_text(table: Table) -> str:
-    """Return a table as lines that fit: columns are left out that are spare, long words are cut."""
+    """Return a table as lines that fit; spare columns are left out and long words are cut."""
     rows = [row for row in (table.head, *table.rows) if row]
     if not rows:
         return "\n".join(filter(None, (wrap_prose(table.title), wrap_prose(table.note, GAP))))
@@ -87,7 +87,7 @@ def as_text(table: Table) -> str:
 
 
 def _merge_legend(legend: Iterable[str]) -> list[str]:
-    """Return meanings of columns, ``NAME: meaning``, those of one meaning as ``NAME, NAME: ``."""
+    """Return meanings as ``NAME: meaning``; names with one meaning become ``NAME, NAME:``."""
     names: dict[str, list[str]] = {}
     for entry in dict.fromkeys(legend):
         name, _, meaning = entry.partition(": ")
@@ -96,7 +96,7 @@ def _merge_legend(legend: Iterable[str]) -> list[str]:
 
 
 def _split_blocks(rows: Sequence[Sequence[str]], words: int, max_width: int) -> list[list[int]]:
-    """Return the columns of blocks that fit, each with all columns of words."""
+    """Return the columns of blocks that fit; each block has all columns of words."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     first = list(range(words))
     blocks: list[list[int]] = [[*first]]
@@ -112,9 +112,9 @@ def select_fitting_columns(
 ) -> list[int]:
     """Return the columns that fit into a line.
 
-    `rows`: as many cells each as there are columns. `words`: columns from the left that hold words,
-    which may be cut. `max_width`: letters that a line may have. `spare`: columns that may be left
-    out, in this order.
+    `rows`: rows with one cell per column. `words`: number of columns with words, from the left;
+    they may be cut. `max_width`: largest length of a line, in letters. `spare`: columns that may be
+    left out, in this order.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     columns, removable = list(range(len(widths))), list(spare)
@@ -125,19 +125,19 @@ def select_fitting_columns(
 
 
 def _find_cuttable(rows: Sequence[Sequence[str]], words: int) -> list[int]:
-    """Return the columns of words that may be cut: a number with its error never is."""
+    """Return the columns of words that may be cut; a number with its error is never cut."""
     return [i for i in range(words) if not any("±" in row[i] for row in rows)]
 
 
 def _min_width(widths: Sequence[int], columns: Sequence[int], cut: Sequence[int]) -> int:
-    """Return the shortest line that is possible: the widest of some columns may be cut."""
+    """Return the length of the shortest possible line; the widest of `cut` columns may be cut."""
     whole = sum(widths[i] for i in columns) + len(GAP) * (len(columns) - 1)
     longest = max((widths[i] for i in columns if i in cut), default=0)
     return whole - max(longest - _MIN_WORD_LETTERS, 0)
 
 
 def wrap_prose(text: str, indent: str = "", hang: str | None = None) -> str:
-    """Return a sentence in lines that fit, which are never broken within a word or option."""
+    """Return a sentence in lines that fit, without breaks inside words or options."""
     return textwrap.fill(
         text,
         min(width(), WIDTH),
@@ -153,9 +153,9 @@ def align_rows(
 ) -> list[str]:
     """Return rows of cells as lines with aligned columns.
 
-    `rows`: as many cells each as there are columns. `words`: columns from the left that hold words;
-    the others hold numbers and end flush right. `max_width`: letters that a line may have: the
-    widest column of words is cut where there are more. By default nothing is cut.
+    `rows`: rows with one cell per column. `words`: number of columns with words, from the left; the
+    others have numbers, aligned right. `max_width`: largest length of a line, in letters. The
+    widest column of words is cut to reach it. Default: nothing is cut.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     excess = sum(widths) + len(GAP) * (len(widths) - 1) - (max_width or math.inf)
@@ -166,7 +166,7 @@ def align_rows(
 
 
 def bullet_list(notes: Iterable[str]) -> str:
-    """Return sentences as a list, one a paragraph."""
+    """Return sentences as a list, with a paragraph for each sentence."""
     return "\n".join(wrap_prose(f"- {render_text(note)}", hang=GAP) for note in notes)
 
 

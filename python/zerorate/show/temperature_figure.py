@@ -34,12 +34,12 @@ _SINGLE_PANEL_MM: Final = (96.0, 54.0)
 _PANEL_MM: Final = (52.0, 50.0)
 _MAX_COLUMNS: Final = 3
 
-# Millimetres round the panels, between them, and of the colour bar.
+# Sizes in mm: margins, gaps between panels, and the colour bar.
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 6.0, 17.0
 _COLUMN_GAP_MM, _ROW_GAP_MM = 11.0, 14.0
 _BAR, _BAR_GAP = 2.5, 2.5
 _LETTER_WIDTH_MM: Final = 1.2
-"""Width of one in the caption, mm."""
+"""Width of a letter in the caption, mm."""
 
 _MARGIN: Final = 0.06
 _MIN_SPAN_K: Final = 2.0
@@ -48,10 +48,11 @@ _POINT_COUNT: Final = 300
 
 
 def plot_temperature(model: TemperatureModel) -> Figure:
-    """Return the means of the record against their temperature, and the model through them.
+    """Return a figure of a record's mean biases over temperature, with the model.
 
-    Points coloured by time, the curve with two standard errors, dashed on grey beyond the range of
-    the record. Angular rates in deg/s or deg/h. A model that was read from a file has no points.
+    Points are coloured by time. The curve has a band of two standard errors. Outside the record's
+    range it is dashed on grey. Angular rates are in deg/s or deg/h. A model that was read from a
+    file has no points.
     """
     shown = _convert_shown(model)
     columns = min(shown.axes, _MAX_COLUMNS)
@@ -81,7 +82,7 @@ def plot_temperature(model: TemperatureModel) -> Figure:
 
 
 def _convert_shown(model: TemperatureModel) -> TemperatureModel:
-    """Return the model in a unit that reads well."""
+    """Return the model in a readable unit."""
     if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
         return model
     largest = convert(float(np.abs(model.coefficients).max()), model.unit, "deg/s")
@@ -137,7 +138,7 @@ def _draw_means(axes: Axes, model: TemperatureModel, i: int) -> PathCollection |
 
 
 def _set_height(axes: Axes, model: TemperatureModel, i: int, curve: Floats) -> None:
-    """Show points and curve; the band may leave the frame."""
+    """Set limits that show points and curve; the band may exceed the panel."""
     blocks = model.blocks
     values = curve if blocks is None else np.concatenate((curve, blocks.bias[:, i]))
     low, high = float(values.min()), float(values.max())

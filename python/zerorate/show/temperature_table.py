@@ -1,4 +1,4 @@
-"""A temperature model as plain text: bias, slope and hysteresis of each axis, and the notes."""
+"""Temperature model as plain text: bias, slope and hysteresis of each axis, and notes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BOUND_NOTE: Final = 'A "<" marks an upper bound at 95 %: the record does not de
 
 
 def format_temperature(model: TemperatureModel) -> str:
-    """Return a table with one row per axis, and the notes under it."""
+    """Return a table with one row per axis, and the notes below it."""
     low, high = model.range
     head = (
         f"bias [{model.unit}]",

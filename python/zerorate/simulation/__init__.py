@@ -1,4 +1,4 @@
-"""Simulated sensors: devices from data sheets, records with known parts, and faults."""
+"""Simulated sensors: devices from data sheets, records with known errors, and faults."""
 
 from typing import TYPE_CHECKING, Final
 

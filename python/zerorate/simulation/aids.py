@@ -1,4 +1,4 @@
-"""Aids of a simulated vehicle: barometer, magnetometer, compass heading, two antennas."""
+"""Aids of a simulated vehicle: barometer, magnetometer, compass, antenna pair."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from zerorate.types import Floats, Integers
 _SEA_LEVEL_PA = 101_325.0
 _TROPOSPHERE_M = 44_330.769
 _EXPONENT = 0.190_263_24
-"""Standard atmosphere: pressure at sea level, height of the troposphere, m, and its exponent."""
+"""Standard atmosphere: pressure at sea level, Pa, height constant, m, and exponent."""
 
 _AID_LOGS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "pressure": (("pressure_pa",), "Pa"),
@@ -49,24 +49,24 @@ def barometer(
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the measurements, Hz; other samples are NaN.
+        Rate of the readings, Hz. All other samples are NaN.
     sigma : float
-        Standard deviation of white noise, m.
+        Standard deviation of the white noise, as a height, m.
     reference : float
         Height in the standard atmosphere minus height above the ellipsoid at the start, m.
     walk : float
-        Random walk of the reference, m/sqrt(s).
+        Random walk of the reference height, m/sqrt(s).
     steps : iterable of (float, float)
-        Times, s, and steps of the reference, m: a door or a window.
+        Times, s, and sizes, m, of steps in the reference height, as from a door or a window.
     frozen : array_like, shape (k, 2)
-        Spans in which the pressure is frozen, s.
+        Start and end of the spans in which the pressure repeats one value, s.
     seed : int
-        Seed of noise and walk.
+        Seed of the noise and the random walk.
 
     Returns
     -------
     ndarray, shape (n,)
-        Pressure in the standard atmosphere, Pa.
+        Pressure, Pa.
 
     Raises
     ------
@@ -110,22 +110,22 @@ def compass_heading(
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the measurements, Hz; other samples are NaN.
+        Rate of the readings, Hz. All other samples are NaN.
     sigma : float
-        Standard deviation of white noise, rad.
+        Standard deviation of the white noise, rad.
     offset : float
         Constant offset of the readings, rad.
     disturbances : iterable of (float, float, float)
-        Start and end, s, and error of the heading between them, rad.
+        Spans with a disturbed heading: start, s, end, s, and heading error, rad.
     frozen : array_like, shape (k, 2)
-        Spans in which the heading is frozen, s.
+        Start and end of the spans in which the heading repeats one value, s.
     seed : int
         Seed of the noise.
 
     Returns
     -------
     ndarray, shape (n,)
-        Headings, rad from north over east, from -pi to pi.
+        Headings from north over east, rad, from -pi to pi.
 
     Raises
     ------
@@ -164,32 +164,32 @@ def magnetometer(
     frozen: npt.ArrayLike = (),
     seed: int = 0,
 ) -> Floats:
-    """Return the field that a magnetometer on a simulated vehicle measures.
+    """Return the readings of a magnetometer on a simulated vehicle.
 
     Parameters
     ----------
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the measurements, Hz; other samples are NaN.
+        Rate of the readings, Hz. All other samples are NaN.
     sigma : float
-        Standard deviation of each axis, uT.
+        Standard deviation of the white noise on each axis, uT.
     field, dip, declination : float
-        Size of the earth's field, uT, its angle below the level, and from true north over east,
-        rad. Default: those of the simulator's default place in 2026.
+        Earth's field: strength, uT, angle below the horizontal, rad, and angle from true north over
+        east, rad. Default: the field at the simulator's default place in 2026.
     hard_iron : array_like, shape (3,)
-        Field of the vehicle, in the axes of the sensors, uT.
+        Field of the vehicle in the sensors' axes, uT.
     magnets : iterable of (float, float, array_like)
-        Start and end, s, and field in the axes of the sensors between them, uT.
+        Spans with a magnet nearby: start, s, end, s, and field in the sensors' axes, uT.
     frozen : array_like, shape (k, 2)
-        Spans in which the field is frozen, s.
+        Start and end of the spans in which the field repeats one value, s.
     seed : int
         Seed of the noise.
 
     Returns
     -------
     ndarray, shape (n, 3)
-        Field in the axes of the sensors, uT.
+        Field in the sensors' axes, uT.
 
     Raises
     ------
@@ -236,9 +236,9 @@ def antenna_baseline(
     baseline : array_like, shape (3,)
         Vector from the first to the second antenna, m forward, right, down.
     rate : float
-        Rate of the measurements, Hz; other samples are NaN.
+        Rate of the readings, Hz. All other samples are NaN.
     sigma : float
-        Standard deviation of each axis, m.
+        Standard deviation of the white noise on each axis, m.
     seed : int
         Seed of the noise.
 
@@ -275,13 +275,13 @@ def with_aids(drive: SimulatedDrive, **aids: npt.ArrayLike) -> Recording:
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     **aids : array_like, shape (n,) or (n, 3)
-        ``pressure``, ``heading``, ``mag``, ``baseline``: what `barometer`, `compass_heading`,
-        `magnetometer` and `antenna_baseline` return.
+        Readings by name: ``pressure``, ``heading``, ``mag`` or ``baseline``. They come from
+        `barometer`, `compass_heading`, `magnetometer` and `antenna_baseline`.
 
     Raises
     ------
     ValueError
-        If there is no such aid.
+        If a name is not one of these.
 
     Examples
     --------
@@ -305,7 +305,7 @@ def with_aids(drive: SimulatedDrive, **aids: npt.ArrayLike) -> Recording:
 
 
 def _sample_rows(drive: SimulatedDrive, rate: float) -> Integers:
-    """Return the samples at which an aid measures."""
+    """Return the samples at which an aid has a reading."""
     if not 0.0 < rate <= drive.rate:
         raise ArgumentError("rate", f"must be above 0 and {drive.rate:g} Hz at most, got {rate}")
     rows = np.rint(np.arange(0.0, len(drive.time), drive.rate / rate)).astype(np.int64)

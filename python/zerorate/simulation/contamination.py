@@ -15,12 +15,12 @@ from zerorate.simulation.gyro import check_not_negative, check_whole
 from zerorate.types import Booleans, Floats
 
 _BURST_PERIOD_S: Final = 60.0
-"""Seconds from the beginning of one burst's turn to that of the next."""
+"""Interval in which one burst occurs, s."""
 
 _SIGMA_OF_MEDIAN: Final = 1.482602218505602
-"""Standard deviation over median size of a Gaussian variable."""
+"""Standard deviation of a Gaussian variable divided by its median absolute value."""
 
-# A new fault goes to the end: what old seeds draw for those before it stays.
+# Append new faults: their position selects the random stream, and old seeds must not change.
 _STREAMS: Final = ("share", "burst")
 
 
@@ -33,29 +33,30 @@ class Contamination:
     share : float
         Share of samples that are outliers, at random times, 0 to 1.
     size : float
-        Size of the outliers, in standard deviations of the record: see Notes.
+        Size of the outliers, in standard deviations of the record (see Notes).
     one_sided : bool
-        Make all outliers positive; by default each has a random sign.
+        True makes all outliers positive. By default each outlier has a random sign.
     burst : int
-        Length of a burst of such outliers, samples. There is one burst at a random time in each
-        minute. A record that ends within a minute may end before the burst.
+        Length of a burst of outliers, samples. Each minute of the record has a burst at a random
+        time. If the record ends during a minute, this burst may be missing.
     stuck : float
-        Duration of a stuck sensor, from the middle of the record on, s: the last value is repeated.
+        Duration for which the sensor repeats its last value, s. It starts in the middle of the
+        record.
     at_zero : bool
-        Be stuck at zero instead of the last value.
+        True makes the stuck sensor report zero instead of its last value.
 
     Raises
     ------
     ValueError
-        If a number is out of range, there is no fault, only one of outliers and `size` is given, or
-        `at_zero` is given without `stuck`.
+        If a number is out of range, or there is no fault. Also if there are outliers without `size`
+        or `size` without outliers, or `at_zero` without `stuck`.
 
     Notes
     -----
-    The standard deviation of a record is 1.4826/sqrt(2) times the median size of its steps from one
-    sample to the next: that of white noise, for any level, drift or unit. If half of the steps are
-    zero, as in a coarse output, their root mean square is used instead. The standard deviation of a
-    constant record is zero, and so is the size of its outliers.
+    The standard deviation of a record is 1.4826/sqrt(2) times the median step size between samples.
+    For white noise this is its standard deviation, for any level, drift or unit. If half of the
+    steps are zero, as in a coarse output, their RMS replaces the median. A constant record has the
+    standard deviation zero, so its outliers have the size zero.
 
     Examples
     --------
@@ -75,7 +76,7 @@ class Contamination:
     at_zero: bool = False
 
     def __post_init__(self) -> None:
-        """Check the numbers, and that they mean something together."""
+        """Check the numbers and their combination."""
         if not 0.0 <= self.share <= 1.0:
             raise ArgumentError("share", f"must be 0 to 1, got {self.share}")
         check_not_negative("size", self.size)
@@ -93,7 +94,7 @@ class Contamination:
 
     @classmethod
     def parse(cls, text: str) -> Contamination:
-        """Return the contamination of a text such as ``burst=20,size=30`` or ``stuck=10,at-zero``.
+        """Return the contamination from a text, such as ``burst=20,size=30`` or ``stuck=10``.
 
         Raises
         ------
@@ -120,23 +121,24 @@ class Contamination:
         Parameters
         ----------
         z : array_like, shape (n,) or (n, k)
-            Samples in any unit; values that are not finite count as missing and are not changed.
+            Samples in any unit. Values that are not finite count as missing and do not change.
         rate : float
-            Samples per second, Hz.
+            Sampling rate, Hz.
         seed : int
-            Not negative. The same arguments give the same copy. Each channel and each kind of fault
-            has its own random stream, so channel i does not depend on the number of channels.
+            Seed, at least 0. The same arguments give the same copy. Each channel and each kind of
+            fault has its own random stream. Channel i therefore does not depend on the number of
+            channels.
 
         Returns
         -------
         ndarray of float64, the shape of `z`
-            The record with outliers first, then the stuck span.
+            The record, first with outliers, then with the stuck span.
 
         Raises
         ------
         ValueError
-            If `z` has another shape, rate is not positive and finite, or the seed is not a whole
-            number from 0.
+            If `z` has another shape, or the rate is not positive and finite. Also if the seed is
+            not a whole number of at least 0.
         """
         samples = np.array(z, dtype=np.float64)
         if samples.ndim not in (1, 2):
@@ -151,7 +153,7 @@ class Contamination:
         return samples
 
     def stuck_span(self, n: int, rate: float) -> slice:
-        """Return the slice of stuck samples among n."""
+        """Return the slice of stuck samples in a record of n samples."""
         return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
 
     def _contaminate(
@@ -195,7 +197,7 @@ class Contamination:
 _WORD_TYPES: Final = {
     field.name.replace("_", "-"): type(field.default) for field in fields(Contamination)
 }
-"""Meaning of each word of a text."""
+"""Type of the value of each name in a text."""
 
 _WORDS: Final = ", ".join(
     name if kind is bool else f"{name}=" for name, kind in _WORD_TYPES.items()
@@ -211,7 +213,7 @@ def _parse_number(name: str, text: str) -> float | int:
 
 
 def _white_sigma(z: Floats, there: Booleans) -> float:
-    """Return the deviation of white noise with steps of this size."""
+    """Return the standard deviation of white noise with the steps of this record."""
     steps = np.abs(np.diff(np.where(there, z, np.nan)))
     steps = steps[np.isfinite(steps)]
     if not steps.any():

@@ -1,9 +1,9 @@
 """Noise of a few well-known MEMS gyros, for simulation and comparison.
 
-The coefficients come from data sheets, read as follows: a noise density or angle random walk is N;
-an in-run bias stability (or instability) is taken as B itself. No data sheet here states a rate
-random walk. K is chosen for simulation: its Allan deviation meets the flat part of the curve at
-1000 s. Single units differ from typical values by a factor of two or more.
+The coefficients come from data sheets. A noise density or an angle random walk is N. An in-run bias
+stability or instability is B. None of these data sheets states a rate random walk, so K is chosen.
+Its Allan deviation equals the flat part of the curve at 1000 s. Single units differ from typical
+values by a factor of two or more.
 """
 
 import math
@@ -24,20 +24,20 @@ _CHOSEN_WALK: Final = (
 
 @dataclass(frozen=True)
 class Device:
-    """An entry of the table `DEVICES`: a gyro's typical noise, turn-on bias and resolution.
+    """Entry of the table `DEVICES`: typical noise, turn-on bias and resolution of a gyro.
 
     Parameters
     ----------
     name : str
-        Manufacturer's designation.
+        Name given by the manufacturer.
     noise : NoiseModel
         Typical noise of one axis at rest, SI units.
     turn_on_bias : float
-        Standard deviation of the bias from one power-on, or one unit, to the next, rad/s.
+        Standard deviation of the bias between power-ons or between units, rad/s.
     resolution : float
-        Step of the output in rad/s, 0 if there is none worth modelling.
+        Step of the output, rad/s. 0 if the step is too small to model.
     source : str
-        The document, what it states, and which values are chosen rather than stated.
+        Data sheet with its stated values, and the values that are chosen.
 
     Examples
     --------
@@ -54,22 +54,22 @@ class Device:
 
 
 def device(name: str) -> Device:
-    """Return the entry of a gyro in the table `DEVICES`, for any spelling of its name.
+    """Return the entry of a gyro in the table `DEVICES`.
 
     Parameters
     ----------
     name : str
-        A key of `DEVICES`; case, spaces and hyphens do not matter.
+        Key of `DEVICES`. Case, spaces and hyphens do not matter.
 
     Returns
     -------
     Device
-        The table's entry.
+        Entry of the table.
 
     Raises
     ------
     ValueError
-        If there is no such device; the message lists the known ones.
+        If the table does not have the device. The message lists all devices.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def _normalise_name(name: str) -> str:
 
 
 def _noise(angle_random_walk: float, bias_instability: float) -> NoiseModel:
-    """Build a model from deg/s/sqrt(Hz) and deg/s, its random walk chosen."""
+    """Return a model from deg/s/sqrt(Hz) and deg/s, with a chosen rate random walk."""
     instability = convert(bias_instability, "deg/s", "rad/s")
     return NoiseModel(
         angle_random_walk=convert(angle_random_walk, "deg/s/sqrt(Hz)", "rad/s/sqrt(Hz)"),
@@ -150,4 +150,4 @@ _ENTRIES: Final = (
 )
 
 DEVICES: Final[dict[str, Device]] = {entry.name: entry for entry in _ENTRIES}
-"""The table: every `Device` by its designation, such as ``"MPU-6050"``; `device` looks one up."""
+"""Table of the devices: each `Device` by its name, such as ``"MPU-6050"``."""

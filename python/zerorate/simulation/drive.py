@@ -1,4 +1,4 @@
-"""A simulated drive: inertial sensors and fixes of a car with known path and errors."""
+"""Simulated drive of a car: inertial sensors and fixes, with known path and errors."""
 
 from __future__ import annotations
 
@@ -49,47 +49,49 @@ _CONSUMER: Final = {
     "gyro": NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6),
     "accel": NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration"),
 }
-# A new stream goes to the end: what old seeds draw for those before it stays.
+# Append new streams: their position selects the random numbers, and old seeds must not change.
 _STREAMS: Final = ("way", "bias", "gyro", "accel", "fixes", "mount", "clock")
 _MAX_DURATION_S: Final = 3600.0
-"""Seconds after which the height of unaided navigation, which is unstable, has left the road."""
+"""Longest drive, s; later the unstable height of unaided navigation would leave the road."""
 _MAX_ROUNDS: Final = 60
 _POSITION_TOLERANCE_M: Final = 5e-9
-"""Metres by which the last round may move the way: a few units in the last place of a longitude."""
+"""Change of the path at which iteration stops, m: a few rounding steps of a longitude."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedDrive:
-    """A simulated drive of n samples, with the truth.
+    """Simulated drive of n samples, with the truth.
 
-    North, east and down are the axes of the earth; forward, right and down those of the body.
+    The earth axes are north, east, down. The body axes are forward, right, down.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         Times of the samples, s.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     gyro, accel : ndarray, shape (n, 3)
-        Samples of the sensors, rad/s and m/s^2.
+        Samples of the gyro, rad/s, and the accelerometer, m/s^2.
     fixes : Fixes
-        Fixes of the receiver's antenna.
+        Fixes of the receiver. They are positions of the antenna.
     truth_position : ndarray, shape (n, 3)
         Position of the inertial sensors: latitude and longitude, deg, and height, m.
     truth_velocity : ndarray, shape (n, 3)
-        Velocity north, east and down, m/s.
+        Velocity north, east, down, m/s.
     truth_quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to the earth's axes.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Constant bias plus drift, rad/s and m/s^2. Samples minus bias are the truth and white noise.
+        Constant bias plus drift of the gyro, rad/s, and the accelerometer, m/s^2. A sample minus
+        its bias is the truth plus white noise.
     antenna : ndarray, shape (3,)
         Vector from the inertial sensors to the antenna, in the axes of the body, m.
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the sensors' axes, which samples and biases use, to the body's axes.
+        Rotation from the sensors' axes to the body's axes. Samples and biases are in the sensors'
+        axes.
     time_offset : TimeOffset
         Offset to add to the times of the fixes.
     source : str
-        Kind and seed, in words.
+        Kind of the drive and seed, as text.
 
     Examples
     --------
@@ -115,12 +117,12 @@ class SimulatedDrive:
     source: str = "a simulated drive"
 
     def rates(self) -> Floats:
-        """Return the true angular rates in the axes of the body, with noise."""
+        """Return the angular rates in the body's axes, with noise but without bias."""
         true: Floats = (self.gyro - self.gyro_bias) @ self.body_from_sensor.T
         return true
 
     def recording(self) -> Recording:
-        """Return gyro and accelerometer as a recording with the drive's fixes."""
+        """Return a recording with the gyro, the accelerometer and the fixes."""
 
         def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
             names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
@@ -160,63 +162,74 @@ def simulate_drive(
     Parameters
     ----------
     rate : float
-        Samples of gyro and accelerometer per second, Hz. Default 100.
+        Sampling rate of gyro and accelerometer, Hz. Default 100.
     duration : float
-        Seconds, up to 3600. Default 400.
+        Length of the drive, s, up to 3600. Default 400.
     seed : int
-        Not negative. The same arguments give the same samples. Path, biases, each noise and the
-        fixes have separate random streams: another noise leaves the path the same.
+        Seed, at least 0. The same arguments give the same samples. Path, biases, fixes and each
+        noise have their own random streams. Another noise therefore does not change the path.
     latitude, longitude, height : float
-        Start: latitude within 85 deg, longitude within 180 deg, height in m above the ellipsoid.
+        Start position: latitude within 85 deg, longitude within 180 deg, and height above the
+        ellipsoid, m.
     kind : {"drive", "rest"}
-        "drive": a car in a town. It rests, accelerates to 8 to 18 m/s, slows down for corners,
-        follows bends, stops and continues, over hills and on cambered roads. "rest": a car at rest.
+        "drive" is a car in a town, with hills and cambered roads. It rests, accelerates to 8 to 18
+        m/s, slows down for corners, follows bends, stops, and continues. "rest" is a car at rest.
     rest : float
-        Seconds at rest at the start; default 30.
+        Duration of the rest at the start, s. Default 30.
     gyro, accel : NoiseModel, Device, "consumer" or None
-        Noise of each axis, without its constant bias; for the accelerometer in m/s^2. Default of
-        the gyro: 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s). Default of the accelerometer: 1e-3
-        m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s). None is no noise.
+        Noise of each axis, without its constant bias. None means no noise. Default of the gyro:
+        1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s). Default of the accelerometer: 1e-3
+        m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s).
     gyro_bias, accel_bias : float or array_like, shape (3,)
-        Standard deviation of a random constant bias, or its values: rad/s and m/s^2.
+        Constant biases of the gyro, rad/s, and the accelerometer, m/s^2. One number is the standard
+        deviation of random biases. Three numbers are the biases.
     fixes_rate : float
-        Fixes per second, Hz, up to `rate`. Each is at the time of a sample, the first at 0.
+        Rate of the fixes, Hz, up to `rate`. Each fix is at the time of a sample, the first at 0.
     position_sigma, velocity_sigma : float or array_like, shape (3,)
-        Standard deviations of the fixes' white noise north, east and down, m and m/s. The fixes
-        state the same values; with 0 they state none.
+        Standard deviations of the fixes' white noise north, east, down: position, m, and velocity,
+        m/s. The fixes state the same values. With 0 they state no standard deviation.
     antenna : float or array_like, shape (3,)
-        Vector from the inertial sensors, forward, right and down, m; or the standard deviation of a
-        random vector.
+        Vector from the inertial sensors to the antenna, m forward, right, down. One number is the
+        standard deviation of a random vector.
     body_from_sensor : array_like, shape (3, 3), scipy Rotation, "random" or None
-        Rotation from the axes of the sensors to forward, right and down; None for none.
+        Rotation from the sensors' axes to forward, right, down. None means no rotation.
     time_offset : float or TimeOffset
-        Offset to add to the times of the fixes, s, as `find_time_offset` finds it. A `TimeOffset`
-        has one for positions, one for velocities, and a rate.
+        Offset to add to the times of the fixes, s, which `find_time_offset` estimates. A
+        `TimeOffset` has an offset for positions, an offset for velocities, and a rate.
     wander : float
-        RMS relative variation of the sampling interval over half a minute. The stamps are right.
+        RMS relative variation of the sampling interval over half a minute. The time stamps are
+        exact.
 
     Returns
     -------
     SimulatedDrive
-        Samples of the sensors and the receiver, and the truth.
+        Samples of the sensors, fixes of the receiver, and the truth.
 
     Raises
     ------
     ValueError
-        If an argument is not as described.
+        If an argument is out of range.
 
     Notes
     -----
-    Heading, speed, and, along the road, pitch and roll are closed formulas of time. Angular rate
-    and specific force at the samples follow from these formulas, without differences. The truth is
-    then the strapdown navigation of these samples, step by step: coning and sculling of two
-    samples, ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position
-    by the mean of two velocities, radii and gravity computed again at each step. So a filter with
-    the same mechanisation, given samples without error, returns the truth up to rounding. If
-    samples were computed from a given path instead, they would oscillate, since only their means
-    would be known. The truth differs from the closed form by centimetres. Its sideways speed stays
-    below 1 mm/s in 400 s and 2 mm/s in an hour: the wheels hardly slip. All steps are computed at
-    once, by successive approximation.
+    Heading and speed are closed formulas of time. Pitch and roll are closed formulas of the
+    distance along the road. The angular rate and the specific force at the samples follow from
+    these formulas, without numerical differences.
+
+    The truth is the strapdown navigation of the exact samples:
+
+    - coning and sculling corrections from two samples
+    - velocity ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``
+    - position from the mean of two velocities
+    - radii and gravity computed again at each step
+
+    A filter with the same mechanisation and exact samples therefore returns the truth up to
+    rounding. Samples from a given path would oscillate, because the path determines only means of
+    the samples.
+
+    The truth differs from the closed formulas by centimetres. Its sideways speed stays below 1 mm/s
+    in 400 s and 2 mm/s in an hour, so the wheels hardly slip. All steps are computed at once, by
+    successive approximation.
 
     Examples
     --------
@@ -280,7 +293,7 @@ def _sample_count(rate: float, duration: float) -> int:
 def _draw_times(
     n: int, rate: float, wander: float, random: np.random.Generator
 ) -> tuple[Floats, float | Floats]:
-    """Return times of samples, and their rate: one, or that of each interval, (n - 1, 1)."""
+    """Return the sample times, s, and the rate, Hz: one value, or one per interval, (n - 1, 1)."""
     if not 0.0 <= wander <= 0.2:
         raise ArgumentError("wander", f"must be from 0 to 0.2, got {wander}")
     even = np.arange(n) / rate
@@ -294,7 +307,7 @@ def _draw_times(
 
 
 def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
-    """Return a rotation from the axes of the sensors to those of the body, None for none."""
+    """Return a rotation from the sensors' axes to the body's axes; None without rotation."""
     if mount is None:
         return None
     if isinstance(mount, str):
@@ -311,7 +324,7 @@ def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
 
 
 class _SensorError(NamedTuple):
-    """Errors that a sensor adds, in its axes: white noise, and constant and drift, (n, 3)."""
+    """Errors of a sensor in its axes, (n, 3): white noise, and constant bias plus drift."""
 
     noise: Floats
     bias: Floats
@@ -330,12 +343,12 @@ class _SensorError(NamedTuple):
         return cls(white, take_or_draw(f"{name}_bias", bias, (3,), random["bias"]) + drift)
 
     def add_to(self, true: Floats) -> Floats:
-        """Return the samples."""
+        """Return the true values plus the errors."""
         return true + self.bias + self.noise
 
 
 def _rest_duration(kind: Kind, rest: float) -> float:
-    """Return for how many seconds a car rests at the start."""
+    """Return the duration of the car's rest at the start, s."""
     if kind not in ("drive", "rest"):
         raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
     return check_not_negative("rest", rest) if kind == "drive" else math.inf
@@ -347,7 +360,7 @@ def _to_sensor_axes(vectors: Floats, body_from_sensor: Floats | None) -> Floats:
 
 
 def _start_position(latitude: float, longitude: float, height: float) -> Floats:
-    """Return the first position, rad, rad and m."""
+    """Return the start position, rad, rad and m."""
     if not (abs(latitude) <= 85.0 and abs(longitude) <= 180.0 and -1e4 <= height <= 1e5):
         raise ArgumentError(
             "latitude",
@@ -366,7 +379,7 @@ def _check_sigma(name: str, value: npt.ArrayLike) -> Floats:
 
 
 def _fix_samples(fixes_rate: float, rate: float, n: int) -> Integers:
-    """Return the samples at which there is a fix."""
+    """Return the indices of the samples with a fix."""
     if not 0.0 < fixes_rate <= rate:
         raise ArgumentError(
             "fixes_rate", f"must be above 0 and {rate:g} Hz at most, got {fixes_rate}"
@@ -403,9 +416,9 @@ def _make_fixes(
     random: np.random.Generator,
     offset: TimeOffset,
 ) -> Fixes:
-    """Return the fixes at some moments, with the times that the receiver reports."""
+    """Return the fixes at some samples, with the times that the receiver reports."""
     attitude = way.attitude[moments]
-    # The rate against the earth, which carries the antenna.
+    # The antenna moves with the rate relative to the earth.
     spin = rates - rotate(inverse(way.attitude), earth_rate(way.position[:, 0]))
     noise = random.standard_normal((2, moments.size, 3))
     lever = rotate(attitude, np.tile(antenna, (moments.size, 1)))
@@ -415,7 +428,7 @@ def _make_fixes(
     time = (seconds[moments] - offset.seconds + offset.rate * offset.middle) / (1.0 + offset.rate)
     later = offset.velocity_seconds - offset.seconds
     if math.isfinite(later) and later != 0.0:
-        # Of another moment than the position, between samples.
+        # The velocity belongs to another time than the position, between two samples.
         lever_velocities = rotate(way.attitude, np.cross(spin, antenna))
         at = seconds[moments] + later
         velocity = np.column_stack(
@@ -432,12 +445,12 @@ def _make_fixes(
 
 
 _Leg: TypeAlias = tuple[float, float, float, float]
-"""Seconds, speed at the beginning and at the end, m/s, and the turn to the right, rad."""
+"""Duration, s, speed at the start and at the end, m/s, and rotation to the right, rad."""
 
 
 @dataclass(frozen=True)
 class _Road:
-    """Legs of a way with their starts, and the waves of its slope and camber."""
+    """Legs of a drive with their start times, and the waves of slope and camber."""
 
     starts: Floats
     legs: Floats
@@ -447,10 +460,10 @@ class _Road:
 
     @classmethod
     def draw(cls, random: np.random.Generator, rest: float, duration: float) -> _Road:
-        """Return a way that is as long as the drive."""
+        """Return a random road for the duration of the drive."""
         heading = random.uniform(0.0, 2.0 * math.pi)
         slope, camber = _draw_waves(random, 0.02), _draw_waves(random, 0.015)
-        # A rest without end would not have a part of itself.
+        # Limit the rest: fractions of an infinite leg are undefined.
         legs: list[_Leg] = [(min(rest, duration) + 1e-9, 0.0, 0.0, 0.0)]
         while sum(leg[0] for leg in legs) < duration:
             legs += _draw_drive(random)
@@ -459,7 +472,7 @@ class _Road:
         return cls(starts, table, heading, slope, camber)
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return angles roll, pitch and yaw with their derivatives, (n, 3), speed and its own."""
+        """Return roll, pitch and yaw with derivatives, (n, 3), and speed with derivative."""
         leg = np.searchsorted(self.starts, t, side="right") - 1
         length, before, after, turn = self.legs[leg].T
         part = np.clip((t - self.starts[leg]) / length, 0.0, 1.0)
@@ -475,7 +488,7 @@ class _Road:
         return angles, rates, speed, (after - before) * pace / length
 
     def _distances(self) -> Floats:
-        """Return the metres driven before each leg."""
+        """Return the distance before each leg, m."""
         lengths, before, after, _ = self.legs.T
         distances: Floats = np.concatenate(
             [[0.0], np.cumsum(0.5 * (before + after) * lengths)[:-1]]
@@ -484,7 +497,7 @@ class _Road:
 
 
 def _ease(part: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return a step from 0 to 1 of least jerk, its derivative and its integral."""
+    """Return a minimum-jerk step from 0 to 1, its derivative and its integral."""
     eased = part**3 * (10.0 - part * (15.0 - 6.0 * part))
     return eased, 30.0 * (part * (1.0 - part)) ** 2, part**4 * (2.5 - part * (3.0 - part))
 
@@ -502,11 +515,11 @@ def _sum_waves(waves: Floats, distance: Floats) -> tuple[Floats, Floats]:
 
 
 def _draw_drive(random: np.random.Generator) -> list[_Leg]:
-    """Return a drive from one stop to the next, and the rest there."""
+    """Return the legs from one stop to the next, including the rest at the end."""
     speeds, turns = [0.0], [0.0]
     for _ in range(int(random.integers(1, 4))):
         speeds += [random.uniform(8.0, 18.0)] * 2
-        # A bend, or straight on.
+        # A bend or a straight road.
         turns += [0.0, random.choice([0.0, -1.0, 1.0]) * random.uniform(0.1, 0.7)]
         if random.random() < 0.7:
             corner = random.choice([-1.0, 1.0]) * random.uniform(1.0, 1.9)
@@ -525,14 +538,14 @@ def _draw_leg(random: np.random.Generator, before: float, after: float, turn: fl
     if before != after:
         return abs(after - before) / random.uniform(0.8, 1.6), before, after, 0.0
     straight = random.uniform(5.0, 15.0)
-    # The rate is up to 1.9 times its mean, and speed times rate thus no more than 3 m/s^2.
+    # The peak rate is 1.9 times the mean, so speed times rate stays below 3 m/s^2.
     return straight if turn == 0.0 else abs(turn) * before / 1.6, before, after, turn
 
 
 def _sample_road(
     road: _Road, seconds: Floats, rate: float | Floats, start: Floats
 ) -> tuple[Floats, Floats, _Trajectory]:
-    """Return angular rates and specific forces at the samples, and the way in closed form."""
+    """Return rates and specific forces at the samples, and the trajectory in closed form."""
     angles, derivatives, speed, gained = road.at(seconds)
     attitude = _attitudes(angles)
     turning = _body_rates(angles, derivatives)
@@ -553,7 +566,7 @@ def _sample_road(
 
 
 def _attitudes(angles: Floats) -> Floats:
-    """Return quaternions of roll, pitch and yaw, yaw first."""
+    """Return quaternions from roll, pitch and yaw; yaw comes first."""
     whole = np.zeros((3, len(angles), 3))
     for axis in range(3):
         whole[axis, :, axis] = angles[:, axis]
@@ -562,7 +575,7 @@ def _attitudes(angles: Floats) -> Floats:
 
 
 def _body_rates(angles: Floats, derivatives: Floats) -> Floats:
-    """Return the rate in the axes of the body from the derivatives of roll, pitch and yaw."""
+    """Return the rate in the body's axes from the derivatives of roll, pitch and yaw."""
     roll, pitch, _ = angles.T
     rolling, pitching, yawing = derivatives.T
     level = yawing * np.cos(pitch)
@@ -577,7 +590,7 @@ def _body_rates(angles: Floats, derivatives: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Trajectory:
-    """Positions, rad, rad and m, velocities and attitudes at the samples."""
+    """Positions, rad, rad and m, velocities, m/s, and attitudes at the samples."""
 
     position: Floats
     velocity: Floats
@@ -591,10 +604,10 @@ class _Trajectory:
 def _navigate(
     rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Trajectory
 ) -> _Trajectory:
-    """Return the strapdown navigation of samples, begun at the start of the guess.
+    """Return the strapdown navigation of samples, from the start of a guess.
 
-    Each round takes the rates of the local axes, gravity and radii from the way of the round
-    before. The way depends on these so weakly that a few rounds settle it.
+    Each iteration takes the rates of the local axes, gravity and radii from the previous
+    trajectory. They depend on it so weakly that a few iterations converge.
     """
     dt = 1.0 / rate
     theta, delta = _increments(rates, force, dt)
@@ -631,7 +644,7 @@ def _approximate(
 def _integrate_position(
     velocity: Floats, rate: float | Floats, start: Floats, near: Floats
 ) -> Floats:
-    """Return the positions at the samples, by radii at others that are near."""
+    """Return the positions at the samples, with the radii at the nearby positions `near`."""
     latitude, _, height = near[:-1].T
     meridian, normal = radii(latitude)
     mean = 0.5 * (velocity[:-1] + velocity[1:]) / rate
@@ -646,7 +659,7 @@ def _integrate_position(
 
 
 def _increments(rates: Floats, force: Floats, dt: float | Floats) -> tuple[Floats, Floats]:
-    """Return rotation vectors and changes of velocity from sample to sample."""
+    """Return the rotation vectors and velocity changes between samples."""
     w0, w1, f0, f1 = rates[:-1], rates[1:], force[:-1], force[1:]
     theta = 0.5 * (w0 + w1) * dt + np.cross(w0, w1) * (dt * dt / 12.0)
     delta = 0.5 * (f0 + f1) * dt + np.cross(w0 + w1, f0 + f1) * (dt * dt / 8.0)

@@ -1,4 +1,4 @@
-"""The magnetic field at a simulated sensor: fields of the earth, a room and a magnet."""
+"""Magnetic field at a simulated sensor: fields of the earth, a room and a magnet."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from zerorate.simulation.hand import check_shape
 from zerorate.types import Floats
 
 _WANDER_TIME_S: Final = 15.0
-"""Seconds on the way through a room in which its field becomes another one."""
+"""Correlation time of the field on a path through a room, s."""
 _MAGNET_RATIO: Final = (0.5, 0.3)
-"""Field of a magnet next to the sensor, level and up, over that of the earth."""
+"""Horizontal and upward field of a near magnet, relative to the earth's field."""
 _EDGE_S: Final = 0.2
-"""Seconds in which a magnet comes or goes."""
+"""Time in which a magnet approaches or leaves, s."""
 
 
 def earth_field(norm: float, dip: float) -> Floats:
-    """Return the field east, north and up, in the unit of its norm; the dip is in rad."""
+    """Return the field east, north, up, from its strength in any unit and its dip, rad."""
     if not abs(dip) <= 0.5 * math.pi:
         raise ArgumentError("dip", f"must be from -pi/2 to pi/2, got {dip}")
     return check_not_negative("field", norm) * np.array([0.0, math.cos(dip), -math.sin(dip)])
@@ -33,7 +33,8 @@ def draw_room_field(
 ) -> Floats:
     """Draw the disturbance of the field on a path through a room, shape (n, 3).
 
-    Each axis is a Gauss-Markov process; its size rotates the horizontal field by this angle.
+    Each axis is a Gauss-Markov process. Its standard deviation rotates the horizontal field by
+    `angle`.
     """
     size = math.tan(check_not_negative("field_wander", angle)) * math.hypot(*earth[:2])
     keep = math.exp(-1.0 / (_WANDER_TIME_S * rate))
@@ -43,7 +44,7 @@ def draw_room_field(
 
 
 def draw_magnet_field(earth: Floats, random: np.random.Generator) -> Floats:
-    """Return the field of a magnet in earth axes: a random horizontal direction, and upward."""
+    """Return the field of a magnet in earth axes: a random horizontal part and an upward part."""
     level, up = _MAGNET_RATIO
     azimuth = random.uniform(0.0, 2.0 * math.pi)
     direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), up])
@@ -51,7 +52,7 @@ def draw_magnet_field(earth: Floats, random: np.random.Generator) -> Floats:
 
 
 def magnet_nearness(seconds: Floats, magnet: Floats) -> Floats:
-    """Return the nearness of a magnet, from 0 to 1."""
+    """Return the nearness of a magnet at each time, from 0 to 1."""
     near = np.zeros(seconds.size)
     for begin, end in magnet:
         edge = np.minimum(seconds - begin, end - seconds) / _EDGE_S
@@ -60,7 +61,7 @@ def magnet_nearness(seconds: Floats, magnet: Floats) -> Floats:
 
 
 def check_spans(magnet: npt.ArrayLike) -> Floats:
-    """Return the spans in which a magnet is near, shape (m, 2); ValueError for wrong spans."""
+    """Return the spans with a near magnet, shape (m, 2). Raises ValueError for invalid spans."""
     intervals = (
         np.zeros((0, 2)) if np.size(magnet) == 0 else check_shape("magnet", magnet, (None, 2))
     )
@@ -70,7 +71,7 @@ def check_spans(magnet: npt.ArrayLike) -> Floats:
 
 
 def _markov(driven: Floats, keep: float) -> Floats:
-    """Return y with y = keep y' + driven, in blocks so short that no power of keep vanishes."""
+    """Return y = keep y' + driven (y' is the previous sample), in blocks without underflow."""
     block = max(1, int(-20.0 / math.log(keep)) if keep > 0.0 else 1)
     y, last = np.empty_like(driven), np.zeros(driven.shape[1])
     for first in range(0, len(driven), block):

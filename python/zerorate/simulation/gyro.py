@@ -1,4 +1,4 @@
-"""Sensor signals at rest with known noise coefficients and known true drift."""
+"""Sensor signals at rest, with known noise coefficients and known drift."""
 
 import math
 from numbers import Integral
@@ -14,7 +14,7 @@ from zerorate.simulation.low_pass import convolve, impulse_response
 from zerorate.types import Floats
 
 _MAX_SAMPLES: Final = 10**9
-# A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
+# Append new terms: their position selects the random stream, and old seeds must not change.
 _STREAMS: Final = (
     "turn-on bias",
     "white",
@@ -37,68 +37,67 @@ def simulate(
     turn_on_bias: float | None = None,
     low_pass: LowPass | None = None,
 ) -> tuple[Floats, Floats]:
-    """Simulate a gyro at rest and return its output with the drift in it.
+    """Simulate a gyro at rest, and return its output and its true drift.
 
     Parameters
     ----------
     model : NoiseModel or Device
-        Noise of every axis. A device also brings its resolution and turn-on bias.
+        Noise of every axis. A device also has a resolution and a turn-on bias.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     duration : float
-        Length in s; ``round(rate * duration)`` samples are made.
+        Length of the signal, s. It has ``round(rate * duration)`` samples.
     seed : int
-        Not negative. The same arguments give the same signal. Each axis and each noise term has its
-        own random stream, so axis i does not depend on the number of axes, nor a term on other
-        terms.
+        Seed, at least 0. The same arguments give the same signal. Each axis and each noise term has
+        its own random stream. Axis i therefore does not depend on the number of axes, and a term
+        does not depend on other terms.
     axes : int, optional
-        Number of axes. None (the default) gives 1-D arrays, equal to axis 0 of any number.
+        Number of axes. None (default) gives 1-D arrays, equal to axis 0 of any number of axes.
     resolution : float, optional
-        Step to which the output is rounded, rad/s; 0 is no rounding. Default: the device's step, or
-        0.
+        Step to which the output is rounded, rad/s. 0 means no rounding. Default: the device's
+        resolution, or 0.
     turn_on_bias : float, optional
-        Standard deviation of the constant bias drawn for each axis, rad/s. Default: the device's
+        Standard deviation of the random constant bias of each axis, rad/s. Default: the device's
         value, or 0.
     low_pass : LowPass, optional
-        Filter of the sensor, applied to noise and drift before rounding: a Butterworth filter of
-        the nearest whole order up to 8, or a moving average. Default: the filter of the noise
+        Filter of the sensor, applied to noise and drift before rounding. It is a moving average, or
+        a Butterworth filter of the nearest whole order up to 8. Default: the filter of the noise
         model.
 
     Returns
     -------
     signal : ndarray of float64, shape (n,) or (n, axes)
-        Output in rad/s (m/s^2 for a model of acceleration): drift, white noise, quantization
-        noise and rounding.
+        Output, rad/s, or m/s^2 for a model of acceleration. It is the sum of drift, white noise and
+        quantization noise, rounded.
     truth : ndarray of float64, the shape of `signal`
-        Output of a perfect drift filter, in the same unit: turn-on bias, flicker, random
-        walk, ramp, Markov noise and sinusoids, without white and quantization noise, filter and
-        rounding.
+        True drift in the same unit, as a perfect drift filter would return it. It includes turn-on
+        bias, flicker, random walk, ramp, Markov noise and sinusoids. It excludes white noise,
+        quantization noise, the filter and rounding.
 
     Raises
     ------
     ValueError
-        If rate or duration is not positive and finite or gives no sample, if the seed is not a
-        whole number from 0, axes not one from 1, resolution or turn_on_bias negative or not
-        finite, or the corner of the filter not below half the rate.
+        If the rate or the duration is not positive and finite, or gives no sample. Also if `seed`,
+        `axes`, `resolution` or `turn_on_bias` is out of range, or the filter's corner is not below
+        half the rate.
 
     Notes
     -----
-    White noise has standard deviation N/sqrt(dt); the random walk starts at 0 and its steps have
-    standard deviation K sqrt(dt). Flicker noise is white noise of variance B^2 through the causal
-    fractional integrator (1 - 1/z)^(-1/2), whose density is B^2/(2 pi f) well under the sampling
-    rate: N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha
-    power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1. It also starts at
-    zero, so drift grows from the turn-on bias.
+    White noise has the standard deviation N/sqrt(dt). The random walk starts at 0, and its steps
+    have the standard deviation K sqrt(dt). Flicker noise is white noise of variance B^2 after the
+    causal fractional integrator (1 - 1/z)^(-1/2). Far below the sampling rate its density is B^2/(2
+    pi f) (N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and
+    1/f^alpha power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1).
+    Flicker noise starts at zero, so the drift grows from the turn-on bias.
 
-    Quantization noise is the difference of successive angle errors times the rate; these errors are
-    white with standard deviation Q. Markov noise is stationary from the first sample on, of
-    variance q_c^2 T_c / 2, and decays by exp(-dt/T_c) per sample, exact for the rate. Sinusoids
-    start at a random phase, are sampled at the samples' times and count as drift, because they do
-    not average out like white noise.
+    Quantization noise is the rate times the difference of successive angle errors. These errors are
+    white with the standard deviation Q. Markov noise is stationary from the first sample, with
+    variance q_c^2 T_c / 2. It decays by exp(-dt/T_c) per sample, which is exact. Sinusoids start at
+    a random phase. They count as drift, because they do not average out like white noise.
 
-    With a filter the record begins after the filter's transient.
+    With a filter, the record starts after the filter's transient.
 
-    A coefficient that is not identifiable enters with its value, not with its bound.
+    A coefficient that is not identifiable is used with its value, not with its bound.
 
     Examples
     --------
@@ -155,7 +154,7 @@ def _simulate_axis(
 def _add_markov(
     truth: Floats, noise: NoiseModel, rate: float, seed: np.random.SeedSequence
 ) -> None:
-    """Add each term from a stream of its own, so that one does not depend on the others."""
+    """Add each term from its own random stream, so that it does not depend on other terms."""
     for term, child in zip(noise.markov, seed.spawn(len(noise.markov)), strict=True):
         white = np.random.default_rng(child).standard_normal(truth.size)
         sigma = term.amplitude * math.sqrt(term.time / 2.0)
@@ -198,14 +197,14 @@ def _sample_count(rate: float, duration: float) -> int:
 
 
 def check_whole(name: str, value: int, minimum: int) -> int:
-    """Return a number that must be whole and at least `minimum`."""
+    """Return a value; raises an error if it is not a whole number of at least `minimum`."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < minimum:
         raise ArgumentError(name, f"must be a whole number from {minimum}, got {value!r}")
     return int(value)
 
 
 def check_not_negative(name: str, value: float) -> float:
-    """Return a number that must be finite and at least 0."""
+    """Return a value; raises an error if it is not finite or negative."""
     if not (math.isfinite(value) and value >= 0.0):
         raise ArgumentError(name, f"must be finite and not negative, got {value}")
     return float(value)

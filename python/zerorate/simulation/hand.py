@@ -1,4 +1,4 @@
-"""Rotations by hand from pose to pose, in closed form: orientation and its derivative."""
+"""Rotations by hand between poses, in closed form: orientation and derivative."""
 
 from __future__ import annotations
 
@@ -25,32 +25,31 @@ from zerorate.types import Floats, Integers
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
 _TREMOR_BAND_HZ: Final = (1.0, 8.0)
-"""Hz between which a hand trembles."""
+"""Frequency band of the hand's tremor, Hz."""
 _TREMOR_LINES: Final = 8
 _SIX_UP_AXES: Final = np.array(
     [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]]
 )
-"""Directions of the body that are up, each at a right angle to the next."""
+"""Body axes that point up in the six poses; each is perpendicular to the next."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hand:
-    """Orientations ``starts[i] Exp(vectors[i] s) Exp(aside)``, with s from 0 to 1 in a rotation.
+    """Orientations ``starts[i] Exp(vectors[i] s) Exp(aside)``; s goes from 0 to 1 in a rotation.
 
     Parameters
     ----------
     starts
         Quaternions of the poses, from the body to the world, shape (m, 4).
     vectors
-        Rotation vector from each pose to the next, zero for the last, rad, shape (m, 3).
+        Rotation vector from each pose to the next, rad, shape (m, 3). It is zero for the last pose.
     wobbles
-        Deviation of the hand from the axis of the rotation, its even and its odd part about the
-        middle, rad, shape (m, 2, 3).
+        Deviation of the hand from the axis of the rotation, rad, shape (m, 2, 3). It has an even
+        and an odd part about the middle of the rotation.
     rest, turn
-        Duration of each rest and each rotation, s.
+        Duration of each rest, and duration of each rotation, s.
     amplitudes, frequencies, phases
-        Amplitudes, frequencies and phases of the tremor: rad/s, shape (k, 3); Hz, (k,); rad, (k,
-        3).
+        Tremor: amplitudes, rad/s, shape (k, 3), frequencies, Hz, (k,), and phases, rad, (k, 3).
     """
 
     starts: Floats
@@ -64,11 +63,11 @@ class Hand:
 
     @property
     def duration(self) -> float:
-        """Seconds from the start of the first rest to the end of the last."""
+        """Time from the start of the first rest to the end of the last rest, s."""
         return len(self.starts) * (self.rest + self.turn) - self.turn
 
     def at(self, t: Floats) -> tuple[Floats, Floats]:
-        """Return orientations, shape (n, 4), and rates in the axes of the body, rad/s, (n, 3)."""
+        """Return orientations, shape (n, 4), and rates in the body's axes, rad/s, (n, 3)."""
         index, part = self.progress(t)
         along, speed = _least_jerk(part)
         vector = self.vectors[index]
@@ -79,7 +78,7 @@ class Hand:
         return product(main, step), rates + _rate_of_vector(wobble, drift)
 
     def interpolate(self, t: Floats, of_poses: Floats) -> Floats:
-        """Return the poses' values, shape (m, k), changing smoothly to the next in a rotation."""
+        """Return values of the poses, shape (m, k), with a smooth change during rotations."""
         index, part = self.progress(t)
         along = _least_jerk(part)[0][:, None]
         following = np.minimum(index + 1, len(of_poses) - 1)
@@ -87,14 +86,14 @@ class Hand:
         return changed
 
     def progress(self, t: Floats) -> tuple[Integers, Floats]:
-        """Return the pose at or before each time, and the part of its turn that is over, 0 to 1."""
+        """Return the last pose before each time, and the finished part of its rotation, 0 to 1."""
         length = self.rest + self.turn
-        # Rounding must not take the first sample of a rest for the last of the turn before.
+        # Rounding must not assign the first sample of a rest to the rotation before it.
         index = np.clip(np.floor(t / length + 1e-9), 0, len(self.starts) - 1).astype(np.int64)
         return index, np.clip((t - index * length - self.rest) / self.turn, 0.0, 1.0)
 
     def spans(self, rate: float, n: int) -> tuple[Integers, Integers]:
-        """Return the samples of rests, shape (m, 2), and of rotations, (m - 1, 2)."""
+        """Return the samples of the rests, shape (m, 2), and of the rotations, (m - 1, 2)."""
         begin = np.arange(len(self.starts)) * (self.rest + self.turn)
         first = np.ceil(begin * rate - 1e-6).astype(np.int64)
         stop = np.floor((begin + self.rest) * rate + 1e-6).astype(np.int64) + 1
@@ -102,7 +101,7 @@ class Hand:
         return rests, np.column_stack((rests[:-1, 1] - 1, rests[1:, 0] + 1))
 
     def _wobble(self, t: Floats, index: Integers, part: Floats) -> tuple[Floats, Floats]:
-        """Return the distance of the hand from the turn's axis, rad, and the derivative."""
+        """Return the hand's deviation from the rotation axis, rad, and its derivative."""
         angle, rate = np.zeros((t.size, 3)), np.zeros((t.size, 3))
         for side, (bump, slope) in zip((0, 1), _bumps(part), strict=True):
             angle += self.wobbles[index, side] * bump[:, None]
@@ -128,7 +127,7 @@ def draw_hand_motion(
     random: np.random.Generator,
     tremor_random: np.random.Generator,
 ) -> Hand:
-    """Return the motion of a session; arguments as in `zerorate.simulation.simulate_session`."""
+    """Return the motion of a session. For arguments see `zerorate.simulation.simulate_session`."""
     if turns is not None:
         vectors = check_shape("turns", turns, (None, 3))
         starts = _chain_poses(vectors)
@@ -139,14 +138,14 @@ def draw_hand_motion(
         starts = _check_poses(poses)
         vectors = to_rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
     wobbles = check_not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
-    # A given axis is kept, and the last pose is not left.
+    # A given axis has no wobble, and after the last pose there is no rotation.
     wobbles[slice(-1, None) if axis is None else slice(None)] = 0.0
     vectors = np.concatenate((vectors, np.zeros((1, 3))))
     return Hand(starts, vectors, wobbles, rest, turn, *_draw_tremor(tremor, tremor_random))
 
 
 def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
-    """Return finite numbers of a shape (None is any length); ValueError otherwise."""
+    """Return finite numbers of a shape (None: any length). Raises ValueError for other values."""
     numbers = np.array(values, dtype=np.float64)
     fits = numbers.ndim == len(shape) and all(
         wanted in (None, length_found)
@@ -161,7 +160,7 @@ def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...])
 def take_or_draw(
     name: str, value: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
 ) -> Floats:
-    """Return the given numbers, or one number times normal random numbers."""
+    """Return the given numbers; if it is one number, return it times normal random numbers."""
     drawn = random.standard_normal(shape)
     if np.ndim(value) > 0:
         return check_shape(name, value, shape)
@@ -175,7 +174,7 @@ def _least_jerk(part: Floats) -> tuple[Floats, Floats]:
 
 
 def _bumps(part: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """Return an even and an odd bump with their slopes, at both ends as smooth as the turn."""
+    """Return an even and an odd bump with their slopes; their ends are as smooth as a rotation."""
     even = 64.0 * (part * (1.0 - part)) ** 3
     middle = 1.0 - 2.0 * part
     slope = 192.0 * (part * (1.0 - part)) ** 2 * middle
@@ -183,10 +182,10 @@ def _bumps(part: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
 
 
 def _rate_of_vector(vector: Floats, derivative: Floats) -> Floats:
-    """Return the rate, in the turned axes, of Exp(vector) that changes by this derivative."""
+    """Return the rate, in the rotated axes, of Exp(vector) for a changing vector."""
     angle = np.linalg.norm(vector, axis=1, keepdims=True)
     half = 0.5 * np.sinc(angle / (2.0 * math.pi)) ** 2
-    # 1 - sin(x)/x loses its digits where x is small; a series does not.
+    # For small x, 1 - sin(x)/x loses precision, so a series is used.
     square = np.maximum(angle**2, 1e-4)
     exact = (1.0 - np.sinc(angle / math.pi)) / square
     sixth = np.where(angle < 1e-2, (1.0 - angle**2 / 20.0) / 6.0, exact)
@@ -196,7 +195,7 @@ def _rate_of_vector(vector: Floats, derivative: Floats) -> Floats:
 
 
 def _chain_poses(vectors: Floats) -> Floats:
-    """Return the poses, the first of them level, between which these turns lie."""
+    """Return the poses that these rotations connect; the first pose is level."""
     starts = [np.array([1.0, 0.0, 0.0, 0.0])]
     for step in from_rotation_vectors(vectors):
         starts.append(unit(product(starts[-1], step)))
@@ -237,7 +236,7 @@ def _check_poses(poses: npt.ArrayLike) -> Floats:
 
 
 def _from_matrices(matrices: Floats) -> Floats:
-    """Return the quaternions of rotation matrices; ValueError if they are none."""
+    """Return quaternions from rotation matrices. Raises ValueError for other matrices."""
     across = matrices.transpose(0, 2, 1)
     proper = np.linalg.det(matrices) > 0.0
     if not len(matrices) or not (
@@ -248,7 +247,7 @@ def _from_matrices(matrices: Floats) -> Floats:
 
 
 def _draw_tremor(tremor: float, random: np.random.Generator) -> tuple[Floats, Floats, Floats]:
-    """Return amplitudes, frequencies and phases; `tremor` is the RMS of the length of the rate."""
+    """Return amplitudes, frequencies and phases; `tremor` is the RMS of the total rate, rad/s."""
     count = _TREMOR_LINES if check_not_negative("tremor", tremor) else 0
     amplitude = tremor * math.sqrt(2.0 / (3.0 * _TREMOR_LINES))
     phases = random.uniform(0.0, 2.0 * math.pi, (count, 3))

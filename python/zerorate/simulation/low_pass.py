@@ -11,17 +11,18 @@ from zerorate.types import Floats
 
 _MAX_ORDER: Final = 8
 _MEMORY_CORNERS: Final = 64.0
-"""Samples after which an impulse response is over, times the corner in cycles a sample."""
+"""Length of the impulse response, samples, times the corner in cycles per sample."""
 _MIN_LINES: Final = 256
 _WIDTH_OF_MEAN: Final = 0.4429
-"""Samples of a moving average times its corner."""
+"""Length of a moving average, samples, times its corner in cycles per sample."""
 
 
 def impulse_response(low_pass: LowPass, rate: float) -> Floats:
     """Return the full impulse response of a filter at a sampling rate.
 
-    A digital Butterworth filter of the nearest whole order, or a moving average. Its frequency
-    response is that of the bilinear transform, at enough lines for the impulse response to end.
+    The filter is a digital Butterworth filter of the nearest whole order, or a moving average. The
+    frequency response comes from the bilinear transform. It has enough lines for the impulse
+    response to end.
     """
     corner = float(low_pass.corner) / rate
     if not corner < 0.5:
@@ -35,13 +36,13 @@ def impulse_response(low_pass: LowPass, rate: float) -> Floats:
     s = 1j * np.tan(0.5 * omega) / math.tan(math.pi * corner)
     angles = math.pi * (2.0 * np.arange(order) + order + 1.0) / (2.0 * order)
     poles = np.exp(1j * angles)
-    # Nothing passes at half the rate.
+    # The gain at half the sampling rate is zero.
     response = np.append(np.prod(-poles[:, None] / (s - poles[:, None]), axis=0), 0.0)
     return np.fft.irfft(response)[:lines]
 
 
 def convolve(signal: Floats, response: Floats) -> Floats:
-    """Return a signal behind a filter, only where the full impulse response fits."""
+    """Return the filtered signal, only where the full impulse response fits."""
     size = 1 << (signal.size + response.size - 1).bit_length()
     product = np.fft.rfft(signal, size) * np.fft.rfft(response, size)
     return np.fft.irfft(product, size)[response.size - 1 : signal.size]

@@ -13,18 +13,18 @@ from zerorate.simulation import sequences
 from zerorate.simulation.gyro import check_not_negative
 from zerorate.types import Floats
 
-# Shares of a resonance that its start still has after so many decay times: e^-40 is rounding.
+# Length of a resonance's transient in decay times: exp(-40) is below rounding.
 _LEAD_DECAYS = 40.0
 
 
 def _check_not_negative(instance: object, *names: str) -> None:
-    """Raise ValueError unless these attributes are finite and from 0."""
+    """Raise ValueError if an attribute is not finite or negative."""
     for name in names:
         check_not_negative(name, getattr(instance, name))
 
 
 def _check_positive(instance: object, *names: str) -> None:
-    """Raise ValueError unless these attributes are finite and above 0."""
+    """Raise ValueError if an attribute is not finite or not positive."""
     for name in names:
         value = getattr(instance, name)
         if not 0.0 < value < math.inf:
@@ -32,7 +32,7 @@ def _check_positive(instance: object, *names: str) -> None:
 
 
 class Block(NamedTuple):
-    """States of a part: x+ = F x + w, covariance Q of w, output H x, covariance P at the start."""
+    """States of a part: x+ = F x + w, covariance Q of w, output H x, start covariance P."""
 
     F: Floats
     Q: Floats
@@ -41,10 +41,10 @@ class Block(NamedTuple):
 
 
 class Part(Protocol):
-    """A part of a model that can be drawn and that a Kalman filter can have as states."""
+    """Part of a model that can be simulated and that a Kalman filter can include as states."""
 
     def block(self, rate: float) -> Block:
-        """Return the states of this part at a sampling rate in Hz."""
+        """Return the states of this part at a sampling rate, Hz."""
 
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s."""
@@ -52,7 +52,7 @@ class Part(Protocol):
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Exponentially correlated noise, stationary: its standard deviation in deg/s and time in s."""
+    """Stationary, exponentially correlated noise: standard deviation, deg/s, and time, s."""
 
     deviation: float
     time: float
@@ -63,7 +63,7 @@ class GaussMarkov:
         _check_positive(self, "time")
 
     def block(self, rate: float) -> Block:
-        """Return its single state, exact at the samples."""
+        """Return the block with one state; it is exact at the samples."""
         variance, step = self.deviation**2, 1.0 / (rate * self.time)
         return _scalar_block(math.exp(-step), -variance * math.expm1(-2.0 * step), variance)
 
@@ -75,10 +75,10 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class WarmUp:
-    """A rate that starts at plus or minus `amplitude`, deg/s, and decays with `time`, s.
+    """Rate that starts at plus or minus `amplitude`, deg/s, and decays with `time`, s.
 
-    The sign is random: so the mean is zero and the variance equals the prior's variance. The error
-    variance of a linear filter depends on nothing else.
+    The sign is random. The mean is therefore zero and the variance equals the prior's variance. The
+    error variance of a linear filter depends only on these two.
     """
 
     amplitude: float
@@ -90,7 +90,7 @@ class WarmUp:
         _check_positive(self, "time")
 
     def block(self, rate: float) -> Block:
-        """Return its single state, which has no driving noise."""
+        """Return the block with one state, without driving noise."""
         return _scalar_block(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
 
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
@@ -102,9 +102,9 @@ class WarmUp:
 
 @dataclass(frozen=True)
 class Resonance:
-    """A hump in the spectrum: AR(2) noise with a standard deviation in deg/s.
+    """Resonance in the spectrum: AR(2) noise with a standard deviation in deg/s.
 
-    Its poles ring at `frequency`, Hz, and decay with `time`, s.
+    Its poles oscillate at `frequency`, Hz, and decay with `time`, s.
     """
 
     deviation: float
@@ -117,7 +117,7 @@ class Resonance:
         _check_positive(self, "frequency", "time")
 
     def block(self, rate: float) -> Block:
-        """Return this sample and the previous one as states."""
+        """Return the block with this sample and the previous sample as states."""
         first, second = self._coefficients(rate)
         correlation = first / (1.0 - second)
         P = self.deviation**2 * np.array([[1.0, correlation], [correlation, 1.0]])
@@ -128,8 +128,8 @@ class Resonance:
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s.
 
-        The response Im(p^(k+1))/Im(p) of the pole p comes from a complex AR(1), solved by doubling
-        as in `zerorate.simulation.sequences.markov`.
+        For the pole p the response is Im(p^(k+1))/Im(p). It comes from a complex AR(1) process,
+        solved by doubling as in `zerorate.simulation.sequences.markov`.
         """
         lead, pole = math.ceil(_LEAD_DECAYS * rate * self.time), self._pole(rate)
         x = random.standard_normal(lead + n).astype(np.complex128)
@@ -150,19 +150,19 @@ class Resonance:
         return 2.0 * pole.real, -(abs(pole) ** 2)
 
     def _innovation(self, rate: float) -> float:
-        """Return the deviation that drives it: Box and Jenkins, equation 3.2.28."""
+        """Return the standard deviation of the driving noise (Box and Jenkins, equation 3.2.28)."""
         first, second = self._coefficients(rate)
         share = (1.0 + second) * ((1.0 - second) ** 2 - first**2) / (1.0 - second)
         return self.deviation * math.sqrt(share)
 
 
 def flicker(bias_instability: float) -> tuple[GaussMarkov, ...]:
-    """Return Gauss-Markov processes whose sum has the density B^2/(2 pi f), B in deg/s.
+    """Return Gauss-Markov processes with a total density B^2/(2 pi f), B in deg/s.
 
-    There are thirteen correlation times from 0.05 s to 20 000 s, with a distance of D = 1.07 in
-    their logarithms. An infinite series of such processes, each of variance B^2 D/pi, would have
-    this density with a ripple of 4e-4. These thirteen have it to 2 % from 0.0003 Hz to 0.1 Hz. So
-    truth and optimum have finitely many states.
+    There are thirteen correlation times from 0.05 s to 20 000 s, at a distance of D = 1.07 in their
+    logarithms. Each process has the variance B^2 D/pi. An infinite series of such processes would
+    have this density with a ripple of 4e-4. The thirteen processes have it within 2 % from 0.0003
+    Hz to 0.1 Hz. With a finite number of states, the optimal filter can be computed.
     """
     times = np.geomspace(0.05, 20_000.0, 13)
     spacing = math.log(times[1] / times[0])
@@ -176,26 +176,26 @@ def _scalar_block(F: float, Q: float, P: float) -> Block:
 
 @dataclass(frozen=True)
 class GyroModel:
-    """A gyro at rest: a constant bias, drift, noise that is not drift, and rounding.
+    """A gyro at rest with constant bias, drift, noise that is not drift, and rounding.
 
     Parameters
     ----------
     name : str
-        Unique name; the random numbers of a seed depend on it.
+        Unique name. The random numbers of a seed depend on it.
     angle_random_walk : float
-        White noise in deg/s/sqrt(Hz); the default has a standard deviation of 0.1 deg/s at 100 Hz.
+        White noise, deg/s/sqrt(Hz). The default has a standard deviation of 0.1 deg/s at 100 Hz.
     rate_random_walk : float
         Random walk of the drift, deg/s/sqrt(s).
     drift : tuple of Part
-        Other parts of the drift, which a filter has to estimate.
+        Other parts of the drift that a filter has to estimate.
     disturbances : tuple of Part
         Coloured noise that is not drift.
     resolution : float
-        Step of the output, deg/s; 0 for none.
+        Step of the output, deg/s. 0 means no rounding.
     turn_on_bias : float
-        Standard deviation of the constant bias, deg/s. Filters do not know it.
+        Standard deviation of the constant bias, deg/s. Filters do not know the bias.
     transient : bool
-        True if the drift decays: such a model is reported separately.
+        True if the drift decays. Results for such a model are reported separately.
 
     Raises
     ------
@@ -225,7 +225,7 @@ class GyroModel:
 
 
 def _hump(deviation: float) -> tuple[Resonance]:
-    """Return a hump at 18 Hz whose poles have the radius 0.97 at 100 Hz."""
+    """Return a resonance at 18 Hz with poles of radius 0.97 at 100 Hz."""
     return (Resonance(deviation, 18.0, 0.3283),)
 
 
@@ -262,7 +262,7 @@ MODELS: Final = (
     GyroModel("coloured", rate_random_walk=3e-4, disturbances=(GaussMarkov(0.05, 0.1),)),
     GyroModel("warm-up", rate_random_walk=2e-4, drift=(WarmUp(0.1, 300.0),), transient=True),
 )
-"""Classes of gyro from no drift at all to a warm-up, the transient ones last."""
+"""Gyro models from no drift to a warm-up; the transient models are last."""
 
 
 def simulate_records(
@@ -275,23 +275,23 @@ def simulate_records(
 
 
 def simulate_record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Floats]:
-    """Simulate one gyro at rest and return its output with the drift in it.
+    """Simulate one gyro at rest, and return its output and its true drift.
 
     Parameters
     ----------
     model : GyroModel
         Model of the gyro.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     n : int
         Number of samples.
     seed : int
-        Not negative. Every model, seed and part of a model has its own random stream.
+        Seed, at least 0. Each model, seed and part of a model has its own random stream.
 
     Returns
     -------
     signal, truth : ndarray, shape (n,)
-        Output, and its drift including the turn-on bias, deg/s.
+        Output, and true drift including the turn-on bias, deg/s.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A simulated IMU in motion, with known orientation, rate and errors."""
+"""Simulated IMU in motion, with known orientation, rate and errors."""
 
 from __future__ import annotations
 
@@ -31,46 +31,50 @@ Kind = Literal["pendulum", "spinning pendulum", "arm", "vehicle", "circle", "han
 _G: Final = UNITS["g"].amount
 _DEG: Final = math.radians(1.0)
 _REST_S: Final = 5.0
-"""Seconds at rest before a motion that starts so."""
+"""Duration of the rest at the start, s."""
 _DIFFERENCE_STEP_S: Final = 1e-5
-"""Seconds by which velocity is differenced."""
+"""Step of the velocity difference, s."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
-# A new stream goes to the end: what old seeds draw for those before it stays.
+# Append new streams: their position selects the random numbers, and old seeds must not change.
 _STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionErrors:
-    """Errors of the sensors of a simulated motion; a number is a standard deviation.
+    """Errors of the sensors of a simulated motion. A single number is a standard deviation.
 
-    The defaults are for a consumer device. Bias, matrix, walk and noise of the gyro and the
-    wandering of the field are the priors of `zerorate.Attitude`.
+    The defaults describe a consumer device. For the gyro's bias, matrix, walk and noise, and for
+    the field's variation, they equal the priors of `zerorate.Attitude`.
 
     Parameters
     ----------
     gyro_bias : float or array_like, shape (3,)
-        Standard deviation of a random bias at the start, or its values, rad/s; default 0.5 deg/s.
+        Bias at the start, rad/s. One number is the standard deviation of random biases. Three
+        numbers are the biases. Default 0.5 deg/s.
     gyro_scale, gyro_misalignment : float
-        Standard deviations of M's diagonal about 1 and of its other elements in ``rate = M (gyro -
-        bias)``; default 0.008 and 0.005.
+        Standard deviations of the elements of M in ``rate = M (gyro - bias)``. `gyro_scale` is for
+        the diagonal about 1, default 0.008. `gyro_misalignment` is for the other elements, default
+        0.005.
     gyro_matrix : array_like, shape (3, 3), optional
-        The matrix M. Default: random.
+        Matrix M. Default: random.
     gyro_noise : float
-        Density of the white noise, rad/s/sqrt(Hz); default 0.01 deg/s/sqrt(Hz).
+        Density of the gyro's white noise, rad/s/sqrt(Hz). Default 0.01 deg/s/sqrt(Hz).
     gyro_walk : float
-        Random walk of the bias, rad/s/sqrt(s); default 0.01 deg/s/sqrt(s).
+        Random walk of the gyro's bias, rad/s/sqrt(s). Default 0.01 deg/s/sqrt(s).
     accel_bias : float or array_like, shape (3,)
-        Standard deviation of a random bias, or its values, m/s^2; default 0.05.
+        Bias of the accelerometer, m/s^2. One number is the standard deviation of random biases.
+        Three numbers are the biases. Default 0.05.
     accel_noise : float
-        Density of the white noise, m/s^2/sqrt(Hz); default 0.004.
+        Density of the accelerometer's white noise, m/s^2/sqrt(Hz). Default 0.004.
     mag_noise : float
-        Noise of each sample, uT; default 0.5. There is no hard iron and no soft iron.
+        Standard deviation of each magnetometer sample, uT. Default 0.5. Hard and soft iron are
+        zero.
     field_wander : float
-        Angle of the field's variation as the sensor moves in a room, rad: each earth axis is a
-        Gauss-Markov process of 15 s. Default 4.5 deg.
+        Angle by which the field varies while the sensor moves in a room, rad. Each earth axis is a
+        Gauss-Markov process with a correlation time of 15 s. Default 4.5 deg.
     lost : float
-        Share of lost samples; default 0.
+        Share of lost samples. Default 0.
 
     Examples
     --------
@@ -101,34 +105,34 @@ class MotionErrors:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMotion:
-    """A simulated motion of n samples, with the truth.
+    """Simulated motion of n samples, with the truth.
 
     Parameters
     ----------
     time
-        Time of each sample, s, shape (n,), without lost samples.
+        Times of the samples, s, shape (n,). Lost samples are left out.
     rate
-        Samples per second of the sensors, Hz.
+        Sampling rate, Hz.
     gyro, accel, mag
-        Samples of the sensors, rad/s, m/s^2 and uT, shape (n, 3).
+        Samples of the sensors, shape (n, 3): rad/s, m/s^2 and uT.
     quaternion
-        Quaternions w, x, y, z from sensor to earth (axes east, north, up), shape (n, 4).
+        Quaternions w, x, y, z from the sensor's axes to east, north, up, shape (n, 4).
     rates
-        True angular rate in the axes of the sensor, rad/s, shape (n, 3): each is the mean over the
-        sample interval that ends at its time, as needed for integration.
+        True angular rate in the sensor's axes, rad/s, shape (n, 3). Each value is the mean over the
+        interval that ends at its sample, as integration needs it.
     force, velocity
-        True specific force in the sensor's axes, m/s^2, and true velocity in earth axes, m/s, at
-        each time, shape (n, 3).
+        True specific force in the sensor's axes, m/s^2, and true velocity in earth axes, m/s, shape
+        (n, 3).
     bias
         Bias of the gyro, rad/s, shape (n, 3).
     gyro_matrix
-        M in ``rate = M (gyro - bias)``, shape (3, 3).
+        Matrix M in ``rate = M (gyro - bias)``, shape (3, 3).
     accel_bias
-        m/s^2, shape (3,).
+        Bias of the accelerometer, m/s^2, shape (3,).
     at_rest, disturbed
-        Masks of rest, and of a near magnet, shape (n,).
+        Masks of samples at rest, and of samples near a magnet, shape (n,).
     source
-        Kind and seed, in words.
+        Kind of the motion and seed, as text.
 
     Examples
     --------
@@ -156,13 +160,13 @@ class SimulatedMotion:
 
     @property
     def dt(self) -> Floats:
-        """Interval from the previous sample to each, s, shape (n,); 1/rate for the first."""
+        """Interval before each sample, s, shape (n,); 1/rate for the first sample."""
         return np.diff(self.time, prepend=self.time[0] - 1.0 / self.rate)
 
     def recording(self) -> Recording:
         """Return gyro, accelerometer, magnetometer and true orientation as a recording.
 
-        In the recording lost samples are missing (NaN), because a log has one clock.
+        Lost samples are NaN in the recording, because a log has one clock.
         """
         indices = np.rint((self.time - self.time[0]) * self.rate).astype(np.int64)
         n = int(indices[-1]) + 1
@@ -194,31 +198,36 @@ def simulate_motion(
     field: float = 48.0,
     dip: float = 65.0 * _DEG,
 ) -> SimulatedMotion:
-    """Simulate gyro, accelerometer and magnetometer in a motion of known orientation.
+    """Simulate gyro, accelerometer and magnetometer in a motion with known orientation.
 
     Parameters
     ----------
     kind : str
-        ``"pendulum"``: in one plane; ``"spinning pendulum"``: in an ellipse and about its rod;
-        ``"arm"``: on the wrist of a walking person; ``"vehicle"``: a car in a town; ``"circle"``:
-        carried round a circle; ``"hand"``: rotated and moved by hand.
+        Kind of motion:
+
+        - ``"pendulum"``: swings in one plane
+        - ``"spinning pendulum"``: swings in an ellipse and spins about its rod
+        - ``"arm"``: on the wrist of a walking person
+        - ``"vehicle"``: a car in a town
+        - ``"circle"``: carried round a circle
+        - ``"hand"``: rotated and moved by hand
     rate : float
-        Samples per second, Hz. Default 100.
+        Sampling rate, Hz. Default 100.
     duration : float
-        Seconds. Default 60.
+        Length of the motion, s. Default 60.
     seed : int
-        Not negative. The same arguments give the same samples. Motion, errors and each noise have
-        separate random streams: other errors leave the motion the same.
+        Seed, at least 0. The same arguments give the same samples. Motion, errors and each noise
+        have their own random streams. Other errors therefore do not change the motion.
     start : {"rest", "motion"}
-        Begin with 5 s at rest, from which the motion accelerates, or in full motion.
+        "rest" starts with 5 s at rest and then accelerates. "motion" starts in full motion.
     errors : MotionErrors, optional
-        Errors of the sensors. Default: a consumer device. ``MotionErrors.none()`` is without
-        errors.
+        Errors of the sensors. Default: a consumer device. ``MotionErrors.none()`` gives perfect
+        sensors.
     magnet : array_like, shape (m, 2)
-        Start and end of spans, s, in which a magnet or iron is near: norm and dip of the field
-        change. Default: never.
+        Start and end of the spans with a magnet or iron nearby, s. The field then has another
+        strength and dip. Default: no spans.
     field, dip : float
-        Field of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
+        Earth's field: strength, uT, and angle below the horizontal, rad. Default 48 uT and 65 deg.
 
     Returns
     -------
@@ -228,14 +237,15 @@ def simulate_motion(
     Raises
     ------
     ValueError
-        If an argument is not as described.
+        If an argument is out of range.
 
     Notes
     -----
-    Orientation, angular rate and velocity are closed forms of time. Gyro samples are the mean rate
-    of the interval that ends at the sample (Gauss-Legendre, four points); accelerometer and
-    magnetometer are sampled at that time. Acceleration is a central difference of the velocity over
-    20 us, good to 1e-6 m/s^2. The seed also draws the strength of the motion.
+    Orientation, angular rate and velocity are closed forms of time. A gyro sample is the mean rate
+    over the interval that ends at the sample (Gauss-Legendre, four points). Accelerometer and
+    magnetometer samples are values at the sample time. The acceleration is a central difference of
+    the velocity over 20 us, accurate to 1e-6 m/s^2. The seed also selects the strength of the
+    motion.
 
     Examples
     --------
@@ -265,24 +275,24 @@ mag: 3 at 100 Hz, uT; reference: 4 at 100 Hz, 1)
 
 @dataclass(frozen=True, eq=False)
 class _TimedMotion:
-    """A motion that is under way, or one before which there is a rest."""
+    """A motion that is in progress at the start, or that follows a rest."""
 
     trajectory: Trajectory
     from_rest: bool
 
     def at(self, t: Floats) -> Motion:
-        """Return orientations, rates and velocities."""
+        """Return orientations, rates and velocities at the given times."""
         own, pace = self._progress(t)
         q, rates, velocity = self.trajectory.at(own)
         return q, rates * pace[:, None], velocity * pace[:, None]
 
     def at_rest(self, t: Floats) -> Booleans:
-        """Return the mask of rest."""
+        """Return the mask of rest at the given times."""
         still: Booleans = self._progress(t)[1] == 0.0
         return still
 
     def _progress(self, t: Floats) -> tuple[Floats, Floats]:
-        """Return the trajectory's own time, s, and its rate: smoothly from 0 to 1."""
+        """Return the trajectory's own time, s, and its rate, which rises smoothly from 0 to 1."""
         if not self.from_rest:
             return t, np.ones(t.size)
         ease = self.trajectory.ease
@@ -313,7 +323,7 @@ def _simulate(
     accel += _draw_white("accel_noise", errors.accel_noise * math.sqrt(rate), n, random["accel"])
     at_rest = motion.at_rest(seconds)
     near = magnet_nearness(seconds, magnet)
-    # A room's field is another one elsewhere, not later.
+    # The field of a room changes with the position, not with time.
     wandering = draw_room_field(errors.field_wander, earth, rate, n, random["mag"])
     ambient = earth + wandering[np.cumsum(~at_rest) - 1]
     ambient += near[:, None] * draw_magnet_field(earth, random["mag"])
@@ -339,7 +349,7 @@ def _simulate(
 
 
 def _mean_rates(motion: _TimedMotion, seconds: Floats, rate: float) -> Floats:
-    """Return the mean rate over the sample interval before each time."""
+    """Return the mean rate over the sample interval before each time, rad/s."""
     total = np.zeros((seconds.size, 3))
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         total += 0.5 * weight * motion.at(seconds - 0.5 * (1.0 - node) / rate)[1]
@@ -347,7 +357,7 @@ def _mean_rates(motion: _TimedMotion, seconds: Floats, rate: float) -> Floats:
 
 
 def _force(motion: _TimedMotion, seconds: Floats, q: Floats) -> Floats:
-    """Return the specific force in the axes of the sensor."""
+    """Return the specific force in the sensor's axes, m/s^2."""
     before, after = (motion.at(seconds + h)[2] for h in (-_DIFFERENCE_STEP_S, _DIFFERENCE_STEP_S))
     acceleration = (after - before) / (2.0 * _DIFFERENCE_STEP_S)
     return rotate(inverse(q), acceleration + np.array([0.0, 0.0, _G]))
@@ -375,7 +385,7 @@ def _draw_bias(
 
 
 def _draw_received(lost: float, n: int, random: np.random.Generator) -> Booleans:
-    """Return the mask of samples that are received; the first always is."""
+    """Return the mask of received samples; the first sample is always received."""
     if not 0.0 <= lost < 1.0:
         raise ArgumentError("lost", f"must be from 0 to below 1, got {lost}")
     received = random.random(n) >= lost

@@ -12,15 +12,16 @@ from zerorate.types import Floats
 
 
 def table(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return the rate of a rate table: a sine of 2 deg/s and 0.2 Hz; the seed sets its phase.
+    """Return the rate of a rate table: a sine of 2 deg/s at 0.2 Hz with a random phase.
 
     Parameters
     ----------
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     duration : float
-        Seconds.
+        Length, s.
     seed : int
+        Seed of the phase.
 
     Returns
     -------
@@ -33,11 +34,11 @@ def table(rate: float, duration: float, seed: int = 0) -> Floats:
 
 
 def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return the yaw rate of a car in a town: corners and lane changes with straights between.
+    """Return the yaw rate of a car in a town: corners and lane changes between straights.
 
-    Every 8 to 20 s the car turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane (4 deg and back
-    in 3 s); each is a raised cosine. The driver's corrections add 0.3 deg/s (RMS, 1 s). Parameters
-    and result are the same as in `table`.
+    Every 8 to 20 s the car turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane. A lane change
+    is 4 deg and back in 3 s. Each rate is a raised cosine. The driver's corrections add 0.3 deg/s
+    (RMS, 1 s). Parameters and result are the same as in `table`.
     """
     rng = np.random.default_rng(seed)
     t = _sample_times(rate, duration)
@@ -57,9 +58,9 @@ def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
 
 
 def hand(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return the rate of a hand that rotates the sensor: 90 deg/s (RMS), mostly below 4 Hz.
+    """Return the rate of a hand that rotates the sensor: 90 deg/s RMS, mostly below 4 Hz.
 
-    Parameters and result are those of `table`.
+    Parameters and result are the same as in `table`.
     """
     rng = np.random.default_rng(seed)
     return 90.0 * _smooth_noise(rng, _sample_times(rate, duration).size, rate, 0.075)
@@ -80,14 +81,14 @@ def _sample_times(rate: float, duration: float) -> Floats:
 
 
 def _bump(t: Floats, begin: float, length: float) -> Floats:
-    """Return a raised cosine of area `length`."""
+    """Return a raised cosine with the area `length`."""
     part = np.clip((t - begin) / length, 0.0, 1.0)
     wave: Floats = 1.0 - np.cos(2.0 * math.pi * part)
     return wave
 
 
 def _smooth_noise(rng: np.random.Generator, n: int, rate: float, width: float) -> Floats:
-    """Return noise of variance 1 through a Gaussian of this deviation in seconds."""
+    """Return noise of variance 1, smoothed by a Gaussian of standard deviation `width`, s."""
     reach = math.ceil(5.0 * width * rate)
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (width * rate)) ** 2)
     kernel /= math.sqrt(float(np.sum(kernel**2)))

@@ -1,4 +1,4 @@
-"""The Kalman filter with the true model of a gyro: no linear method has a smaller error."""
+"""Kalman filter with the true model of a gyro: the linear filter with the smallest error."""
 
 import math
 from collections.abc import Iterable
@@ -12,20 +12,20 @@ from zerorate.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A model x+ = F x + w, z = H x + v whose first state, the level, has no prior.
+    """Model x+ = F x + w, z = H x + v. The first state, the level, has no prior.
 
     Attributes
     ----------
     F, Q : ndarray, shape (m, m)
-        Transition, and covariance of w.
+        Transition matrix, and covariance of w.
     H : ndarray, shape (m,)
-        Row that maps the state to a sample.
+        Row from the state to a sample.
     R : float
         Variance of v: white noise, plus step^2/12 for rounding.
     drift : ndarray, shape (m,)
-        Row that maps the state to the drift.
+        Row from the state to the drift.
     P : ndarray, shape (m - 1, m - 1)
-        Covariance of the states after the level at the first sample.
+        Covariance at the first sample of the states after the level.
     """
 
     F: Floats
@@ -37,14 +37,14 @@ class System:
 
 
 def system(model: GyroModel, rate: float) -> System:
-    """Return the system of a model at a sampling rate in Hz.
+    """Return the system of a model at a sampling rate, Hz.
 
-    Turn-on bias and random walk are one state, the level.
+    Turn-on bias and random walk share one state, the level.
 
     Raises
     ------
     ValueError
-        If there is neither white noise nor rounding, or a resonance lies above half the rate.
+        If the model has neither white noise nor rounding, or a resonance is above half the rate.
     """
     R = model.angle_random_walk**2 * rate + model.resolution**2 / 12.0
     if R == 0.0:
@@ -72,7 +72,7 @@ def _priors(blocks: Iterable[Block]) -> Floats:
 
 
 def _diagonal(blocks: Iterable[Floats]) -> Floats:
-    """Return the blocks along the diagonal of a matrix that is zero elsewhere."""
+    """Return a matrix with the blocks on its diagonal and zeros elsewhere."""
     listed = list(blocks)
     full = np.zeros((sum(map(len, listed)),) * 2)
     begin = 0
@@ -85,18 +85,19 @@ def _diagonal(blocks: Iterable[Floats]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """Gains of a Kalman filter over time; they do not depend on the data.
+    """Gains of a Kalman filter over time. They do not depend on the data.
 
     Attributes
     ----------
     system : System
         Model of the filter.
     gains : ndarray, shape (n, m)
-        Gain of each innovation for the m states.
+        Gains from each innovation to the m states.
     variance : ndarray, shape (n,)
-        Variance of the error of the drift after each sample, (deg/s)^2.
+        Variance of the drift error after each sample, (deg/s)^2.
     innovation_variance : ndarray, shape (n,)
-        Variance of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
+        Variance of each innovation, (deg/s)^2. It is infinite for the first sample, as the level
+        has no prior.
     """
 
     system: System
@@ -105,7 +106,7 @@ class Optimum:
     innovation_variance: Floats
 
     def filtered(self, signal: Floats) -> tuple[Floats, Floats]:
-        """Return drift and innovation of n samples of k gyros, both of shape (n, k), deg/s."""
+        """Return drift and innovations for n samples of k gyros, each of shape (n, k), deg/s."""
         known = self.system
         x = np.zeros((known.H.size, signal.shape[1]))
         drift, innovation = np.empty_like(signal), np.empty_like(signal)
@@ -123,18 +124,18 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     Parameters
     ----------
     model : GyroModel
-        The gyro. The filter treats rounding as white noise of variance step^2/12. This is nearly
-        optimal, because the noise is not smaller than a step.
+        Model of the gyro. The filter treats rounding as white noise of variance step^2/12. This is
+        nearly optimal, because the noise is at least as large as a step.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
     n : int
         Number of samples.
 
     Returns
     -------
     Optimum
-        Gains and error variance. The level has no prior: the first sample sets it, which is the
-        exact limit of ever wider priors.
+        Gains and error variance. The level has no prior, so the first sample sets it. This is the
+        exact limit for increasingly wide priors.
 
     Raises
     ------
@@ -160,7 +161,7 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
         PH = P @ known.H
         innovation_variance[k] = S = float(PH @ known.H) + known.R
         gains[k] = PH / S
-        # A square, so that rounding does not take the symmetry away.
+        # Subtract an outer square, so that rounding keeps the matrix symmetric.
         root = PH / math.sqrt(S)
         P -= np.multiply.outer(root, root)
         variance[k] = known.drift @ P @ known.drift
@@ -168,7 +169,7 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
 
 
 def _first_covariance(known: System) -> Floats:
-    """Return the covariance when the level is the first sample less all else in it."""
+    """Return the covariance after the level is set to the first sample minus the other outputs."""
     outputs = known.H[1:]
     shared = known.P @ outputs
     P = np.empty_like(known.F)

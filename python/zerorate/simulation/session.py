@@ -1,4 +1,4 @@
-"""A simulated calibration: an IMU held still in many poses and turned by hand between them."""
+"""Simulated calibration: an IMU at rest in many poses, rotated by hand between them."""
 
 from __future__ import annotations
 
@@ -40,44 +40,46 @@ _DEG: Final = math.radians(1.0)
 _ACCEL_NOISE: Final = NoiseModel(
     angle_random_walk=400e-6 * _G, bias_instability=40e-6 * _G, quantity="acceleration"
 )
-"""MPU-6050: 400 ug/sqrt(Hz) is of its data sheet, the bias instability chosen."""
+"""Noise of the MPU-6050: the density is from its data sheet, the bias instability is chosen."""
 _LEVER_M: Final = 0.1
-"""From the centre of the turns to the accelerometer, m."""
+"""Distance from the centre of rotation to the accelerometer, m."""
 _REFERENCE_DEGC: Final = 25.0
 
-# A new stream goes to the end: what old seeds draw for those before it stays.
+# Append new streams: their position selects the random numbers, and old seeds must not change.
 _STREAMS: Final = ("motion", "errors", "disturbance", "gyro noise", "accel noise", "tremor")
 
 
 @dataclass(frozen=True, kw_only=True)
 class GyroErrors:
-    """Errors of a simulated gyroscope; all numbers in SI units.
+    """Errors of a simulated gyroscope, in SI units.
 
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        W of ``raw = W w + bias + G f``. Default: random with `scale` and `misalignment`.
+        Matrix W in ``raw = W w + bias + G f``. Default: random, with `scale` and `misalignment`.
     scale : float
-        Standard deviation of a random matrix' diagonal about 1; default 0.02.
+        Standard deviation of the diagonal of a random matrix about 1. Default 0.02.
     misalignment : float
-        Standard deviation of a random matrix' other elements, rad; default 0.01.
+        Standard deviation of the other elements of a random matrix, rad. Default 0.01.
     bias : float or array_like, shape (3,)
-        Standard deviation of random biases, or their values, rad/s. Default: a standard deviation
-        of 0.5 deg/s.
+        Biases, rad/s. One number is the standard deviation of random biases. Three numbers are the
+        biases. Default: a standard deviation of 0.5 deg/s.
     g_sensitivity : float or array_like, shape (3, 3)
-        Standard deviation of each element of G, or the values, rad/s per g. Default: a standard
-        deviation of 0.05 deg/s/g.
+        Matrix G, rad/s per g. One number is the standard deviation of random elements. Default: a
+        standard deviation of 0.05 deg/s/g.
     noise : NoiseModel, Device or None
-        Default: the MPU-6050. A device also has a resolution, which is used; its turn-on bias is
-        not.
+        Noise of each axis. A device also sets the resolution, but its turn-on bias is not used.
+        Default: the MPU-6050.
     resolution : float, optional
-        Step to which the output is rounded, rad/s; 0 for none. Default: the device's resolution.
+        Step to which the output is rounded, rad/s. 0 means no rounding. Default: the device's
+        resolution.
     range : float, optional
-        Largest output, rad/s, at which it saturates. Default: none.
+        Largest output, rad/s; the gyro saturates there. Default: no limit.
     temperature : array_like, shape (k,) or (k, 3)
-        c_1 to c_k of the bias ``sum c_j ((T - 25)/10)^j``, rad/s, T in degC. Default: none.
+        Coefficients c_1 to c_k of the bias ``sum c_j ((T - 25)/10)^j``, rad/s, with T in degC.
+        Default: no coefficients.
     unit : {"deg/s", "rad/s", "unit"}
-        Unit of the samples; "unit" for counts of the resolution, whose unit a log does not state.
+        Unit of the samples. "unit" means counts of the resolution; the log then states no unit.
 
     Examples
     --------
@@ -101,31 +103,31 @@ class GyroErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class AccelErrors:
-    """Errors of a simulated accelerometer; all numbers in SI units.
+    """Errors of a simulated accelerometer, in SI units.
 
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        A of ``raw = A f + bias``, lower triangular, because the accelerometer defines the axes of
-        the body. Default: random with `scale` and `misalignment`.
+        Matrix A in ``raw = A f + bias``. It is lower triangular, because the accelerometer defines
+        the body's axes. Default: random, with `scale` and `misalignment`.
     scale : float
-        Standard deviation of the diagonal of a drawn matrix about 1; default 0.02.
+        Standard deviation of the diagonal of a random matrix about 1. Default 0.02.
     misalignment : float
-        Standard deviation of the elements below the diagonal, rad; default 0.01.
+        Standard deviation of the elements below the diagonal of a random matrix, rad. Default 0.01.
     bias : float or array_like, shape (3,)
-        Standard deviation of random biases, or their values, m/s^2. Default: a standard deviation
-        of 20 mg.
+        Biases, m/s^2. One number is the standard deviation of random biases. Three numbers are the
+        biases. Default: a standard deviation of 20 mg.
     disturbance : float
-        Standard deviation of a random offset for each axis in each pose, m/s^2: the repeatability
-        of a pose. Default 0.3 mg.
+        Standard deviation of a random offset on each axis in each pose, m/s^2, which limits the
+        repeatability of a pose. Default 0.3 mg.
     noise : NoiseModel, Device or None
-        Default: white noise of 400 ug/sqrt(Hz) and a bias instability of 40 ug.
+        Noise of each axis. Default: white noise of 400 ug/sqrt(Hz) and a bias instability of 40 ug.
     resolution : float
-        Step to which the output is rounded, m/s^2; 0 for none. Default 1/16384 g.
+        Step to which the output is rounded, m/s^2. 0 means no rounding. Default 1/16384 g.
     range : float, optional
-        Largest output, m/s^2, at which it saturates. Default: none.
+        Largest output, m/s^2; the accelerometer saturates there. Default: no limit.
     unit : {"g", "m/s^2", "unit"}
-        Unit of the samples; "unit" for counts of the resolution, whose unit a log does not state.
+        Unit of the samples. "unit" means counts of the resolution; the log then states no unit.
 
     Examples
     --------
@@ -148,29 +150,29 @@ class AccelErrors:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedSession:
-    """A simulated calibration, with the truth.
+    """Simulated calibration, with the truth.
 
     Parameters
     ----------
     recording
         Samples of the sensors: ``gyro``, ``accel`` and, if requested, ``temperature``.
     truth
-        The parameters, with a covariance of zero, in the units of the samples. The gyro's bias is
-        the mean of ``bias``.
+        True parameters with zero covariance, in the units of the samples. The gyro's bias is the
+        mean of ``bias``.
     rates
-        True angular rate in the axes of the body, rad/s, shape (n, 3).
+        True angular rate in the body's axes, rad/s, shape (n, 3).
     orientation
-        Unit quaternions w, x, y, z from the body to the world (z up), shape (n, 4). ``rates`` are
-        the exact derivative of the quaternions.
+        Unit quaternions w, x, y, z from the body's axes to the world's axes (z up), shape (n, 4).
+        ``rates`` are their exact derivative.
     force
-        True specific force in the axes of the body, m/s^2, shape (n, 3).
+        True specific force in the body's axes, m/s^2, shape (n, 3).
     bias
-        Bias of the gyro at each sample, including drift and temperature, in the unit of the
-        samples, shape (n, 3).
+        Bias of the gyro at each sample, including drift and temperature, in the samples' unit,
+        shape (n, 3).
     rests, turns
-        Index of the first sample and of the sample after the last, for each rest and each rotation,
-        shape (poses, 2) and (poses - 1, 2). A rotation begins at the last sample of one rest and
-        ends at the first sample of the next rest.
+        First sample and end (exclusive) of each rest, shape (poses, 2), and of each rotation, shape
+        (poses - 1, 2). A rotation goes from the last sample of a rest to the first sample of the
+        next rest.
 
     Examples
     --------
@@ -207,42 +209,44 @@ def simulate_session(
     temperature: Course | None = None,
     gravity: float = _G,
 ) -> SimulatedSession:
-    """Simulate an IMU that is held still in some poses and turned by hand between them.
+    """Simulate an IMU that rests in several poses and is rotated by hand between them.
 
     Parameters
     ----------
     poses : int, "six" or array_like, shape (m, 4) or (m, 3, 3)
-        Number of poses, each reached from the pose before by a random rotation; or "six": each axis
-        exactly up once and down once; or the poses: quaternions or rotation matrices from the body
-        to the world (z up). Rotations between given poses are the shortest ones. Default 20.
+        Poses of the IMU. A number is the number of poses; random rotations connect them. "six"
+        points each axis exactly up once and down once. An array gives the poses as quaternions or
+        rotation matrices from the body to the world (z up). The rotations between given poses are
+        the shortest possible. Default 20.
     seed : int
-        Not negative. The same arguments give the same session. Motion, errors and each noise have
-        separate random streams.
+        Seed, at least 0. The same arguments give the same session. Motion, errors and each noise
+        have their own random streams.
     rate : float
-        Samples per second, Hz; default 100.
+        Sampling rate, Hz. Default 100.
     rest, turn : float
-        Length of each rest and each turn, s; default 6 and 2.
+        Duration of each rest, default 6, and of each rotation, default 2, s.
     angles : tuple of float
-        Range of the angle of a random turn, rad; default 60 to 170 deg.
+        Smallest and largest angle of a random rotation, rad. Default 60 to 170 deg.
     axis : array_like, shape (3,), optional
-        Axis of all random turns, in the axes of the body in the first pose, which is level: ``(0,
-        0, 1)`` is the vertical. Default: a random axis for each turn.
+        Axis of all random rotations, in the body's axes in the first pose. This pose is level, so
+        ``(0, 0, 1)`` is the vertical. Default: a random axis for each rotation.
     turns : array_like, shape (m, 3), optional
-        Rotation vectors of the turns, in the axes of the body, rad, instead of `poses`: a turn
-        may be longer than half a revolution then.
+        Rotation vectors in the body's axes, rad, instead of `poses`. A rotation may then exceed
+        half a revolution.
     wobble : float
-        Deviation of the hand from the axis of a turn, rad: a standard deviation about each axis,
-        default 0.06. Not used with a given axis.
+        Deviation of the hand from the rotation axis, as a standard deviation about each axis, rad.
+        Default 0.06. It is not used with a given axis.
     tremor : float
-        RMS angular rate of the hand's tremor, also at rest, rad/s: 1 to 8 Hz. Default 0, for a
-        sensor that is put down.
+        RMS angular rate of the hand's tremor from 1 to 8 Hz, at rest and in rotations, rad/s.
+        Default 0, for a sensor that lies on a support.
     gyro, accel : GyroErrors, AccelErrors, optional
-        Errors of the sensors; by default the errors of an ordinary consumer device.
+        Errors of the sensors. Default: errors of a typical consumer device.
     temperature : tuple of float or callable, optional
-        Temperature in degC: the first and the last value, with an exponential change over three
-        time constants; or a function of the time in s, shape (n,). Default: not recorded.
+        Temperature, degC. Two numbers are the first and the last value; the change is exponential
+        over three time constants. A function returns the temperature for times in s, shape (n,).
+        Default: no temperature.
     gravity : float
-        Local gravity, m/s^2; default 9.80665.
+        Local gravity, m/s^2. Default 9.80665.
 
     Returns
     -------
@@ -252,17 +256,18 @@ def simulate_session(
     Raises
     ------
     ValueError
-        If an argument is not as described.
+        If an argument is out of range.
 
     Notes
     -----
-    A turn follows its rotation vector with the profile of least jerk, 10 s^3 - 15 s^4 + 6 s^5
-    (T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985, equation
-    4); with the wobble its axis moves. The accelerometer is 0.1 m from the centre of the turns.
+    A rotation follows its rotation vector with the minimum-jerk profile 10 s^3 - 15 s^4 + 6 s^5.
+    Source: T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985,
+    equation 4. The wobble moves the axis during the rotation. The accelerometer is 0.1 m from the
+    centre of rotation.
 
-    Orientation is a closed form of time. The rate is its derivative at the samples, as from a gyro
-    of large bandwidth. Both are exact to rounding; an integral of the samples has only the
-    integrator's error.
+    The orientation is a closed form of time. The rate is its derivative at the samples, as from a
+    gyro with large bandwidth. Both are exact up to rounding. An integral of the samples has only
+    the error of the integrator.
 
     Examples
     --------
@@ -303,7 +308,7 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
 
 @dataclass(frozen=True, eq=False)
 class _Imu:
-    """A motion at the samples, and the sensors' errors."""
+    """Motion at the samples, with the settings for the sensors' errors."""
 
     motion: Hand
     seconds: Floats
@@ -314,7 +319,7 @@ class _Imu:
     def session(
         self, gyro: GyroErrors, accel: AccelErrors, temperature: Course | None
     ) -> SimulatedSession:
-        """Return the session of two sensors."""
+        """Return the session of a gyro and an accelerometer."""
         orientation, rates = self.motion.at(self.seconds)
         force = self._force(orientation, rates)
         A, b_a = _draw_accel_parameters(accel, self.random["errors"])
@@ -345,11 +350,11 @@ class _Imu:
         )
 
     def _force(self, orientation: Floats, rates: Floats) -> Floats:
-        """Return the specific force at the accelerometer, m/s^2: gravity, and turning about."""
+        """Return the specific force at the accelerometer, m/s^2, from gravity and rotation."""
         up = rotate(inverse(orientation), np.tile([0.0, 0.0, 1.0], (len(orientation), 1)))
         lever = self.random["motion"].standard_normal(3)
         lever *= _LEVER_M / np.linalg.norm(lever)
-        # The rate's derivative by differences of the closed form, good to 1e-8 rad/s^2.
+        # The derivative of the rate is a difference of the closed form, accurate to 1e-8 rad/s^2.
         step = 1e-6
         before, after = (self.motion.at(self.seconds + h)[1] for h in (-step, step))
         turning = np.cross((after - before) / (2.0 * step), lever)
@@ -399,7 +404,7 @@ class _Imu:
 
 @dataclass(frozen=True)
 class _Output:
-    """Conversion of a sensor's output, in SI units, into samples."""
+    """Conversion of a sensor's output from SI units to samples."""
 
     names: tuple[str, ...]
     unit: str
@@ -407,9 +412,9 @@ class _Output:
     resolution: float
     range: float | None
     offset: float
-    """SI units in one of the samples."""
+    """Size of the samples' unit, SI units."""
     gain: float
-    """Divisor of a matrix between SI units."""
+    """Divisor for a matrix between SI units."""
 
     @classmethod
     def of_gyro(cls, errors: GyroErrors) -> _Output:
@@ -443,7 +448,7 @@ class _Output:
         return cls(names, unit, known[1], resolution, limit, resolution, resolution)
 
     def log(self, values: Floats, seconds: Floats, rate: float) -> Log:
-        """Return the samples of an output in SI units."""
+        """Return the samples from an output in SI units."""
         if self.resolution > 0.0:
             values = np.round(values / self.resolution) * self.resolution
         if self.range is not None:
@@ -486,7 +491,7 @@ def _sample_temperature(temperature: Course, seconds: Floats) -> Floats:
 
 
 def _temperature_bias(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
-    """Return the bias by temperature, rad/s, shape (n, 3)."""
+    """Return the bias due to temperature, rad/s, shape (n, 3)."""
     coefficients = np.array(gyro.temperature, dtype=np.float64)
     if not coefficients.size:
         return 0.0

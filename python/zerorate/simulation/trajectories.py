@@ -1,7 +1,7 @@
 """Motions in closed form: orientation, rate and velocity.
 
-Each function draws a motion and returns it as a `Trajectory`. East, north and up are x, y and z of
-the earth, and the axes of a body that is level and heads east: forward, left and up.
+Each function draws a random motion and returns it as a `Trajectory`. The earth axes x, y, z are
+east, north, up. They are forward, left, up of a level body that heads east.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from zerorate.types import Floats
 
 Random: TypeAlias = np.random.Generator
 Motion: TypeAlias = tuple[Floats, Floats, Floats]
-"""Quaternions from body to earth, shape (n, 4); rates in the axes of the body, rad/s, and velocity
-in those of the earth, m/s, shape (n, 3)."""
+"""Quaternions from body to earth, shape (n, 4), rates in the body's axes, rad/s, shape (n, 3), and
+velocities in earth axes, m/s, shape (n, 3)."""
 Angle: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
-"""Function that gives an angle and its derivative at any time."""
+"""Function that returns an angle, rad, and its derivative at given times."""
 
 _G: Final = 9.80665
 _TURN: Final = 2.0 * math.pi
@@ -32,12 +32,12 @@ _X, _Y, _Z = np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A motion that can begin at any of its times.
+    """A motion that can start at any time.
 
     Parameters
     ----------
     at
-        Returns the motion at times, s, shape (n,), from -1 s on.
+        Function that returns the motion at times, s, shape (n,), from -1 s.
     ease
         Time from rest to full speed, s.
     """
@@ -48,7 +48,7 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class _Waves:
-    """A sum of sines about a mean, and its derivative."""
+    """A sum of sines about a mean, with its derivative."""
 
     amplitudes: Floats
     frequencies: Floats
@@ -64,7 +64,7 @@ class _Waves:
         mean: float = 0.0,
         lines: int = 4,
     ) -> _Waves:
-        """Return waves of equal size between two frequencies, Hz."""
+        """Return waves of equal amplitude between two frequencies, Hz."""
         phases, frequencies = random.uniform(0.0, _TURN, lines), random.uniform(*band, lines)
         return cls(np.full(lines, rms * math.sqrt(2.0 / lines)), frequencies, phases, mean)
 
@@ -82,18 +82,18 @@ class _Waves:
 
 
 def pendulum(random: Random, duration: float) -> Trajectory:
-    """Return a sensor on a pendulum that swings in one plane."""
+    """Return the motion of a sensor on a pendulum that swings in one plane."""
     length = random.uniform(0.5, 1.2)
     heading, phase = random.uniform(0.0, _TURN, 2)
     amplitude = random.uniform(20.0, 60.0) * _DEG
     oscillation = _Waves.single(amplitude, math.sqrt(_G / length) / _TURN, phase)
-    # As in a physical pendulum the sensor is not where a point of the same period would be.
+    # As in a physical pendulum, the lever is shorter than a point pendulum of the same period.
     lever = np.array([0.0, 0.0, -random.uniform(0.4, 0.9) * length])
     return Trajectory(_lever_motion(((_Z, _steady_turn(heading, 0.0)), (_Y, oscillation)), lever))
 
 
 def spinning_pendulum(random: Random, duration: float) -> Trajectory:
-    """Return a sensor on a pendulum that swings in an ellipse and spins about its rod."""
+    """Return the motion of a sensor on a pendulum that swings in an ellipse and spins."""
     length = random.uniform(0.5, 1.2)
     frequency = math.sqrt(_G / length) / _TURN
     first, second = (
@@ -106,7 +106,7 @@ def spinning_pendulum(random: Random, duration: float) -> Trajectory:
 
 
 def arm(random: Random, duration: float) -> Trajectory:
-    """Return a sensor on the wrist of a walking person: shoulder, elbow and forearm swing."""
+    """Return the motion of a wrist in walking: shoulder, elbow and forearm swing."""
     step = random.uniform(0.8, 1.1)
     phase = random.uniform(0.0, _TURN)
     way = _Waves.draw(random, 60.0 * _DEG, (0.01, 0.04), random.uniform(0.0, _TURN))
@@ -116,7 +116,7 @@ def arm(random: Random, duration: float) -> Trajectory:
     speed, bob = random.uniform(1.0, 1.6), _Waves.single(0.02, 2.0 * step, 2.0 * phase)
     upper = ((_Z, way), (_Y, shoulder))
     at_elbow = _lever_motion(upper, np.array([0.0, 0.0, -0.3]))
-    # From the elbow on, as if that stood still.
+    # Motion from the elbow to the wrist, for an elbow at rest.
     from_elbow = _lever_motion((*upper, (_Y, elbow), (_Z, roll)), np.array([0.0, 0.0, -0.25]))
 
     def at(t: Floats) -> Motion:
@@ -129,7 +129,7 @@ def arm(random: Random, duration: float) -> Trajectory:
 
 
 def vehicle(random: Random, duration: float) -> Trajectory:
-    """Return a car in a town: corners and straights, changing speed, on an uneven road."""
+    """Return the motion of a car in a town: corners and straights, varying speed, uneven road."""
     way = _Corners.draw(random, duration, speed=8.0)
     speed = _Waves.draw(random, 2.0, (0.02, 0.1), 8.0)
     pitch, roll = (_Waves.draw(random, 0.7 * _DEG, (0.2, 1.5)) for _ in range(2))
@@ -150,7 +150,7 @@ def vehicle(random: Random, duration: float) -> Trajectory:
 
 
 def circle(random: Random, duration: float) -> Trajectory:
-    """Return an endless trajectory round a circle, with a varying small tilt."""
+    """Return an endless motion round a circle, with a small varying tilt."""
     turning = _draw_signed(random, 30.0, 90.0) * _DEG
     radius = random.uniform(0.5, 1.5)
     way = _steady_turn(random.uniform(0.0, _TURN), turning)
@@ -166,7 +166,7 @@ def circle(random: Random, duration: float) -> Trajectory:
 
 
 def hand(random: Random, duration: float) -> Trajectory:
-    """Return the trajectory of a hand that rotates from pose to pose almost without stops."""
+    """Return the motion of a hand that rotates from pose to pose almost without stops."""
     rest, turn = 0.3, 1.5
     poses = math.ceil((duration + 2.0) / (rest + turn)) + 1
     turns = turned_by_hand(
@@ -204,7 +204,7 @@ TRAJECTORIES: Final[dict[str, Callable[[Random, float], Trajectory]]] = {
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """A heading that changes in corners, in each of which the rate is a raised cosine."""
+    """A heading that changes in corners; in each corner the rate is a raised cosine."""
 
     start: float
     begins: Floats
@@ -213,7 +213,7 @@ class _Corners:
 
     @classmethod
     def draw(cls, random: Random, duration: float, speed: float) -> _Corners:
-        """Return corners of 30 to 100 deg, driven with up to 3 m/s^2 to the side."""
+        """Return random corners of 30 to 100 deg, with at most 3 m/s^2 of lateral acceleration."""
         start, begin = random.uniform(0.0, _TURN), random.uniform(3.0, 10.0)
         corners = []
         while begin < duration:
@@ -244,7 +244,7 @@ def _draw_signed(random: Random, low: float, high: float) -> float:
 def _lever_motion(
     joints: Sequence[tuple[Floats, Angle]], lever: Floats
 ) -> Callable[[Floats], Motion]:
-    """Return the motion of the end of a lever behind joints; the first one stands still."""
+    """Return the motion of a lever's end behind joints; the first joint does not move."""
 
     def at(t: Floats) -> Motion:
         q, rates = _chain_joints(joints, t)
@@ -254,7 +254,7 @@ def _lever_motion(
 
 
 def _chain_joints(joints: Sequence[tuple[Floats, Angle]], t: Floats) -> tuple[Floats, Floats]:
-    """Return orientations and rates behind joints, each about an axis of the one before it."""
+    """Return orientation and rate behind joints; each axis belongs to the previous joint."""
     q, rates = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1)), np.zeros((t.size, 3))
     for axis, joint in joints:
         angle, rate = joint(t)

@@ -1,4 +1,4 @@
-"""A simulated walk: a sensor on a foot with known path and errors."""
+"""Simulated walk of a sensor on a foot, with known path and errors."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _GRAVITY: Final = np.array([0.0, 0.0, 9.81])
 
 @dataclass(frozen=True, eq=False)
 class SimulatedWalk:
-    """A walk over n samples, as `simulate_walk` makes it.
+    """Simulated walk of n samples, as `simulate_walk` returns it.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times of the samples, s.
     gyro, accel : ndarray, shape (n, 3)
-        Samples of the sensor, rad/s and m/s^2; axes ahead, left, up.
+        Samples of the gyro, rad/s, and the accelerometer, m/s^2. The axes are forward, left, up.
     position : ndarray, shape (n, 3)
-        Position of the sensor: ahead, left and up of the start, m.
+        Position of the sensor relative to the start, m: forward, left, up.
     standing : ndarray of bool, shape (n,)
         Mask of samples at which the foot is completely at rest.
     distance : float
@@ -37,7 +37,7 @@ class SimulatedWalk:
     stride_count : int
         Number of strides.
     rate : float
-        Samples per second, Hz.
+        Sampling rate, Hz.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class SimulatedWalk:
     rate: float
 
     def recording(self) -> Recording:
-        """Return gyro and accelerometer as a recording."""
+        """Return a recording with the gyro and the accelerometer."""
 
         def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
             names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
@@ -86,41 +86,41 @@ def simulate_walk(
     gyro_bias: float = 3e-3,
     gyro_range: float = math.inf,
 ) -> SimulatedWalk:
-    """Simulate the walk of a foot that stands, swings and stands again.
+    """Simulate the walk of a foot that stands and swings in turn.
 
-    In a swing the foot follows polynomials that begin and end at rest. It pitches up and down by
+    In a swing the foot follows polynomials that start and end at rest. It pitches up and down by
     0.7 rad, with a peak rate of about 9 rad/s for the default `swing`. In a stance the foot is
     exactly at rest.
 
     Parameters
     ----------
     rate : float
-        Samples per second.
+        Sampling rate, Hz.
     strides : int
         Number of strides.
     seed : int
-        Seed of noise and biases.
+        Seed of the noise and the biases.
     length : float
-        Mean length of a stride, m; each stride varies randomly by up to a tenth.
+        Mean length of a stride, m. Each stride varies randomly by up to a tenth.
     stance, swing : float
-        Durations of stance and swing, s.
+        Duration of each stance, and duration of each swing, s.
     turn : float
-        Heading change to the left in each stride, rad.
+        Change of heading to the left in each stride, rad.
     step_height : float
         Climb of each stride, m.
     rest : float
-        Duration of the rest before the first and after the last stride, s.
+        Duration of the rest before the first stride and after the last stride, s.
     gyro_noise, accel_noise : float
-        White noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz).
+        White noise of the gyro, rad/s/sqrt(Hz), and the accelerometer, m/s^2/sqrt(Hz).
     gyro_bias : float
         Standard deviation of the random constant biases, rad/s.
     gyro_range : float
-        Range of the gyro, at which it clips, rad/s.
+        Range of the gyro, rad/s. The gyro clips there.
 
     Returns
     -------
     SimulatedWalk
-        Samples of the sensor, and the truth.
+        Samples of the sensor, with the truth.
 
     Raises
     ------
@@ -166,23 +166,23 @@ def simulate_feet(
 ) -> tuple[SimulatedWalk, SimulatedWalk]:
     """Simulate the walk of a left and a right foot, each with its own sensor.
 
-    The left foot steps first, with half a stride. Then the feet alternate, and the right foot ends
-    next to the left with half a stride. All else is as in `simulate_walk`.
+    The left foot steps first, with half a stride. Then the feet alternate. The right foot ends next
+    to the left foot with half a stride. The rest is as in `simulate_walk`.
 
     Parameters
     ----------
     rate, strides, seed, length, stance, swing, turn, rest
-        As in `simulate_walk`; strides of each foot.
+        As in `simulate_walk`. `strides` counts the strides of each foot.
     step_width : float
-        Distance of the feet while they stand side by side, m.
+        Distance between the feet when they stand next to each other, m.
     gyro_noise, accel_noise, gyro_bias, gyro_range
         As in `simulate_walk`, for both sensors.
 
     Returns
     -------
     tuple of SimulatedWalk
-        Left and right foot, on one clock. Positions are in one frame, in which the left foot starts
-        at 0, 0, 0 and the right foot at 0, -`step_width`, 0.
+        Left foot and right foot, on one clock and in one frame. The left foot starts at (0, 0, 0),
+        the right foot at (0, -`step_width`, 0).
 
     Raises
     ------
@@ -230,7 +230,7 @@ def _check_positive(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class _SensorErrors:
-    """Errors of a sensor on a foot."""
+    """Errors of a foot's sensor."""
 
     gyro_noise: float
     accel_noise: float
@@ -260,7 +260,7 @@ class _Gait:
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Start of a foot, m, its move in each stride, and its heading in stances, rad."""
+    """Start of a foot, m, its displacement in each stride, m, and its heading in stances, rad."""
 
     begin: Floats
     moves: Floats
@@ -268,7 +268,7 @@ class _Path:
 
     @classmethod
     def follow_arc(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
-        """Return the value for a foot left of a bent line; the left one starts at 0."""
+        """Return the path of a foot left of a curved line; the left foot starts at 0."""
         headings = curvature * way
         if curvature:
             middle = np.column_stack([np.sin(headings), 1.0 - np.cos(headings)]) / curvature
@@ -352,7 +352,7 @@ def _bump_acceleration(s: Floats) -> Floats:
 
 
 _PITCH_SCALE: Final = 0.7 * 64.0
-"""Both ways."""
+"""Scale for a pitch of 0.7 rad in both directions."""
 
 
 def _pitch(s: Floats) -> Floats:
@@ -368,7 +368,7 @@ def _pitch_rate(s: Floats) -> Floats:
 
 
 def _rotations(yaw: Floats, pitch: Floats) -> npt.NDArray[np.float64]:
-    """From the sensor to the earth, shape (n, 3, 3)."""
+    """Return the rotation matrices from sensor to earth, shape (n, 3, 3)."""
     cy, sy, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
     zero = np.zeros_like(yaw)
     rows = [[cy * cp, -sy, cy * sp], [sy * cp, cy, sy * sp], [-sp, zero, cp]]

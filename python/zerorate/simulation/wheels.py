@@ -1,4 +1,4 @@
-"""Wheels of a simulated drive: speeds with scale, noise, ticks and slips."""
+"""Wheels of a simulated drive: speeds with scale error, noise, ticks and slips."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from zerorate.simulation.hand import check_shape
 from zerorate.types import Floats
 
 _SLIP_DURATION_S = (0.5, 2.0)
-"""Seconds that a slip lasts."""
+"""Shortest and longest slip, s."""
 _SLIP_FACTORS = (-0.4, 0.3)
-"""By how much a wheel that slips is too slow or too fast."""
+"""Relative speed errors of a slipping wheel."""
 
 
 def wheel_speeds(
@@ -32,28 +32,29 @@ def wheel_speeds(
     yaw: float = 0.0,
     seed: int = 0,
 ) -> Floats:
-    """Return wheel speeds of a simulated drive, for ``NavigationFilter.process``.
+    """Return the wheel speeds of a simulated drive, for ``NavigationFilter.process``.
 
     Parameters
     ----------
     drive : SimulatedDrive
         Simulated drive of n samples.
     rate : float
-        Rate of the measurements, Hz; other samples are NaN.
+        Rate of the readings, Hz. All other samples are NaN.
     scale : float
-        The wheels roll (1 + scale) times as fast as measured.
+        Scale error: the true speed is (1 + scale) times the measured speed.
     sigma : float
-        Standard deviation of white noise, m/s.
+        Standard deviation of the white noise, m/s.
     tick : float
-        Distance per count, m, to which the speed is rounded; 0 for no rounding.
+        Distance per tick, m. The speed is rounded to ticks. 0 means no rounding.
     slips : int
-        Number of slips. Each lasts 0.5 to 2 s, and is 40 % too slow or 30 % too fast.
+        Number of slips. Each slip lasts 0.5 to 2 s, and the wheel is 40 % too slow or 30 % too
+        fast.
     axle : array_like, shape (3,)
-        Vector from the inertial sensors to the axle, forward, right, down, m.
+        Vector from the inertial sensors to the axle, m forward, right, down.
     yaw : float
         Angle from the sensors' x axis to the rolling direction, positive to the right, rad.
     seed : int
-        Seed of noise and slips.
+        Seed of the noise and the slips.
 
     Returns
     -------
@@ -110,14 +111,14 @@ def wheel_ticks(
     drive : SimulatedDrive
         Simulated drive of n samples.
     tick : float
-        Stated length of a tick, m.
+        Stated distance per tick, m.
     scale, slips, axle, yaw, seed
         As in `wheel_speeds`.
 
     Returns
     -------
     ndarray, shape (n,)
-        Counts as whole numbers, from 0 on.
+        Tick counts from the start, as whole numbers.
 
     Raises
     ------
@@ -145,7 +146,7 @@ def wheel_ticks(
 
 
 def _rolling_speed(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
-    """Return the speed of wheels without noise at each sample, m/s."""
+    """Return the noise-free speed of the wheels at each sample, m/s."""
     if not abs(scale) <= 0.5:
         raise ArgumentError("scale", f"must be within 0.5, got {scale}")
     velocity = rotate(inverse(drive.truth_quaternion), drive.truth_velocity)
@@ -155,7 +156,7 @@ def _rolling_speed(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw
 
 
 def _slip(time: Floats, speed: Floats, count: int, random: np.random.Generator) -> None:
-    """Let a wheel slip so many times."""
+    """Add `count` random slips of a wheel to its speed, in place."""
     for _ in range(count):
         first = random.uniform(time[0], time[-1])
         last = first + random.uniform(*_SLIP_DURATION_S)

@@ -19,9 +19,9 @@ from zerorate.record.samples import Samples
 from zerorate.tasks.source import Source
 
 Readings: TypeAlias = str | npt.ArrayLike | Aid | None
-"""Readings of an aid: a column, values at the gyro's samples, or values with times."""
+"""Readings of an aid: name of a column, values at the gyro's samples, or values with times."""
 AidChoice: TypeAlias = Literal["auto", "stated"]
-"""Aids found by name too, or only those that arguments name."""
+""""auto": use aids that are found by name, too; "stated": use only aids in arguments."""
 
 _SI_UNITS: Final = {"pressure": "Pa", "height": "m", "heading": "rad", "baseline": "m"}
 _ARGUMENTS: Final = {
@@ -82,7 +82,7 @@ class AidRequest:
             raise ArgumentError("compass_unit", f"must be deg or rad, got {self.compass_unit!r}")
 
     def channels(self, source: Source, recording: Recording) -> list[Channel]:
-        """Return the channels, at most one per kind; pressure takes precedence over height."""
+        """Return the channels, at most one per kind; pressure is preferred to height."""
         found = {channel.kind: channel for channel in self._find(source, recording)}
         if "pressure" in found and "height" in found and not found["height"].is_requested:
             del found["height"]
@@ -106,7 +106,7 @@ class AidRequest:
 def _read(
     kind: str, argument: str, readings: str | npt.ArrayLike | Aid, source: Source, of: Recording
 ) -> Channel:
-    """Return the channel of a column, an array at the gyro's samples, or values with times."""
+    """Return the channel from a column, values at the gyro's samples, or values with times."""
     if isinstance(readings, Aid):
         spread = np.asarray(readings.sigma)
         return Channel(

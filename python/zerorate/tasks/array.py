@@ -43,15 +43,15 @@ _REPORTED_TAU_S: Final = 1.0
 _READING_OPTIONS: Final = ReadingArguments.__optional_keys__
 _FIND: Final = "find"
 _MAX_MISALIGNMENT_DEG: Final = 5.0
-"""Degrees between sensors that nobody would call aligned."""
+"""Smallest angle between sensors that is reported as misalignment, deg."""
 _MAX_LISTED_SPANS: Final = 3
-"""Spans of an exclusion that are listed."""
+"""Largest number of listed spans of an exclusion."""
 
 SAMPLE_FATES: Final = ("used", "missing", "saturated", "excluded", "left out")
-"""Fates of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
+"""Fates of a sensor's samples; `ArrayReplay.fate` contains their indices.
 
-Those left out are far from all others, of a sensor that is stuck, or of one that does not know its
-bias yet while others do.
+"left out": the sample is far from all other sensors, the sensor is stuck, or it has not learned its
+bias yet while others have.
 """
 _USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(SAMPLE_FATES))
 
@@ -82,10 +82,9 @@ class ArrayAllan:
     second: int
 
     def gains(self) -> tuple[Floats, Floats]:
-        """Return the gains over the plain mean and over one sensor, (axes + 1, m).
+        """Return the gains over the plain mean and over one sensor, each (axes + 1, m).
 
-        The last row is for all axes: squared deviations are averaged over the axes and over the
-        sensors that have a deviation.
+        The last row is for all axes. It averages squared deviations over axes and sensors.
         """
         squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
         single, mean, fused = squares
@@ -107,13 +106,13 @@ class ArrayReplay(Result):
     rotations : ndarray, shape (N, 3, 3), or None
         Rotations from each sensor's axes to the axes of the body; None if all are assumed aligned.
     params : mapping
-        Further arguments with which the same `GyroArray` can be made.
+        Further arguments to make the same `GyroArray`.
     rate : ndarray, shape (n, 3) or (n,)
-        The rate of the body, without its bias; NaN where no sensor is left.
+        Rate of the body without its bias; NaN if no sensor is left.
     weights : ndarray, shape (n, N)
-        Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
+        Share of each sensor in the rate, averaged over the axes; 0 if it was not used.
     fate : ndarray of int8, shape (n, N)
-        Use of each sample, see `SAMPLE_FATES`.
+        Fate of each sample, an index into `SAMPLE_FATES`.
     disputed : ndarray of bool, shape (n,)
         True where sensors disagreed and the wrong one could not be identified.
     at_rest : ndarray of bool, shape (n, axes)
@@ -133,9 +132,9 @@ class ArrayReplay(Result):
     rotation_set : Rotations or None
         The rotations with their standard errors, if they were found or read.
     rotations_found : bool
-        True if rotations were found from the motion; `save` then writes them, too.
+        True if rotations were found from the motion; `save` then also writes them.
     remarks : tuple of str
-        Sentences on the alignment of the sensors with each other.
+        Sentences on the alignment of the sensors relative to each other.
     alarms : tuple of str
         Contradictions in the recording, one sentence each.
     """
@@ -171,14 +170,14 @@ class ArrayReplay(Result):
 
     @property
     def shares(self) -> Floats:
-        """Share of each sensor's samples with each of `SAMPLE_FATES`, shape (N, 5)."""
+        """Share of each sensor's samples with each fate of `SAMPLE_FATES`, shape (N, 5)."""
         return np.stack(
             [(self.fate == kind).mean(axis=0) for kind in range(len(SAMPLE_FATES))], axis=1
         )
 
     @property
     def rest_mask(self) -> Booleans:
-        """Mask of samples at which the body was certainly at rest about all axes, shape (n,)."""
+        """Mask of samples with the body certainly at rest about all axes, shape (n,)."""
         return _certain_rest(self.at_rest, self.log.rate)
 
     @property
@@ -189,9 +188,9 @@ class ArrayReplay(Result):
         return means
 
     def to_log(self) -> Log:
-        """Return the rate of the body as the log of one gyro.
+        """Return the rate of the body as a log of one gyro.
 
-        Extra columns: acceleration, rest, dispute, and the weight and exclusion of each sensor.
+        Extra columns: acceleration, rest, disagreement, and each sensor's weight and exclusion.
         """
         return replace(self.log.fused(self.rate), extra=self._extra())
 
@@ -215,7 +214,7 @@ class ArrayReplay(Result):
 
 
 class ArrayArguments(ReadingArguments, total=False):
-    """Options of `zerorate.GyroArray`, and arguments of reading."""
+    """Options of `zerorate.GyroArray`, and arguments for reading."""
 
     method: str
     limit: float | None
@@ -246,29 +245,28 @@ def replay_array(
         Rotations to the axes of the body. "find" estimates them from the motion in the log. By
         default all sensors are assumed aligned.
     positions : array_like, shape (N, 3), optional
-        Positions of the sensors in the axes of the body, m, for the accelerometers of the log, if
-        any.
+        Positions of the sensors in the axes of the body, m. They are used for accelerometers.
     weights : {"auto", "mean", "white"} or array_like
         Weights, as in `zerorate.GyroArray`.
     fix : bool
-        Correct a gyro's unit or axes where the motion certainly contradicts them.
+        Correct a gyro's unit or axes if the motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
         ``scale_error``, ``method``. If the unit is known, the limits of rest default to
-        `zerorate.options.LIMITS`. Also arguments of `zerorate.read_recording`, if the source is a
-        file.
+        `zerorate.options.REST_LIMITS`. If the source is a file, also arguments of
+        `zerorate.read_recording`.
 
     Returns
     -------
     ArrayReplay
-        Rate, weights, use of the samples, Allan deviations; `table`, `plot`, `save`.
+        Rate, weights, fates of the samples, Allan deviations; `table`, `plot`, `save`.
 
     Raises
     ------
     LogError
-        If there is no gyro, the gyros do not match, or no sensor holds a sample.
+        If there is no gyro, the gyros do not match, or all samples are missing.
     ValueError
         If an argument is not valid.
 
@@ -318,7 +316,7 @@ def _is_find(rotations: object) -> bool:
 
 
 def _load_rotations(rotations: Rotations | RotationLike | Path_ | None) -> Any:  # noqa: ANN401
-    """Return rotations; read them if they are the path of a file."""
+    """Return rotations; if the argument is a path, read them from the file."""
     if isinstance(rotations, str | os.PathLike) and not _is_find(rotations):
         return read_rotations(rotations)
     return as_matrices(rotations)
@@ -474,7 +472,7 @@ class _ArrayRecorder:
         self.weights[block] = with_axes["weights"].mean(axis=2)
         self.disputed[block] = trace["disputed"]
         used: Booleans = np.all(with_axes["used"], axis=2)
-        # What is found at the end of a sample holds from the next one on.
+        # A fault found at the end of a sample takes effect with the next sample.
         excluded = np.concatenate((self._excluded[np.newaxis], trace["excluded"]))
         self._excluded = excluded[-1]
         self.fate[block] = _classify_samples(samples, used, excluded[:-1], self._limit)
@@ -498,7 +496,7 @@ def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> Ar
     if not rest.any():
         return None
     n, count, axes = sensors.shape
-    # At rest no sensor that works is at the end of its range.
+    # At rest, no working sensor reaches the end of its range.
     rest_sensors = np.where(rest[:, np.newaxis, np.newaxis], sensors, np.nan)
     rest_fused = np.where(rest[:, np.newaxis], fused, np.nan)
     records = np.concatenate(
@@ -513,14 +511,14 @@ def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> Ar
 
 
 def _expand_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
-    """Return values of shape (n, N, axes), also for a single axis."""
+    """Return values of shape (n, N, axes); a missing axis dimension is added."""
     return values if ndim == 3 else values[:, :, np.newaxis]
 
 
 def _classify_samples(
     z: Floats, used: Booleans, excluded: Booleans, limit: float | None
 ) -> npt.NDArray[np.int8]:
-    """Return the class of each sample z (n, N, axes) of each sensor."""
+    """Return the fate of each sample z (n, N, axes) of each sensor."""
     fate = np.where(used, _USED, _LEFT_OUT).astype(np.int8)
     fate[excluded] = _EXCLUDED
     if limit is not None:
@@ -530,7 +528,7 @@ def _classify_samples(
 
 
 def _certain_rest(rest: Booleans, rate: float) -> Booleans:
-    """Return the mask of rest on all axes, without samples in which motion may already begin."""
+    """Return the mask of rest on all axes, without samples in which motion may have begun."""
     certain: Booleans = np.all(rest, axis=1)
     before = onset_samples(rate)
     for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
@@ -587,7 +585,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
 
 
 def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
-    """Return the first spans, and the number of further ones."""
+    """Return the first spans as text, and the number of further spans."""
     shown = ", ".join(
         f"{shorten(start, 4)} to {shorten(end, 4)} s" for start, end in spans[:_MAX_LISTED_SPANS]
     )
@@ -596,7 +594,7 @@ def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
 
 
 def files_of(result: ArrayReplay) -> Files:
-    """Return the files of an array's replay: log, figure, and rotations if found."""
+    """Return the files of an array's replay: log, figure, and found rotations."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     others = []
     if result.rotations_found and result.rotation_set is not None:

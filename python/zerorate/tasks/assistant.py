@@ -1,7 +1,7 @@
-"""Server of the Model Context Protocol, with which an assistant measures the logs in a folder.
+"""Server of the Model Context Protocol; its tools measure the logs in a folder.
 
 The tools only read files. Paths are relative to the folder. A path outside the folder raises an
-error, also if it leads there by ``..``, a link or an absolute path.
+error, even by ``..``, a link or an absolute path.
 """
 
 import os
@@ -34,7 +34,7 @@ _INSTRUCTIONS: Final = (
 
 
 class Folder:
-    """A folder, and the files in it that may be read.
+    """Folder with the files that may be read.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Folder:
             raise NotADirectoryError(f"{path} is no folder")
 
     def find(self, name: str) -> Path:
-        """Return the file with this name; ValueError if it, or its link's target, is outside."""
+        """Return the file with this name; ValueError if the file or its link target is outside."""
         path = (self.root / name).resolve()
         inner = (one.resolve() for one in _read_with(path))
         if not all(one.is_relative_to(self.root) for one in (path, *inner)):
@@ -64,7 +64,7 @@ class Folder:
 
 
 def _read_with(path: Path) -> list[Path]:
-    """Return the files read with a folder: its contents, and the files in a bag's index."""
+    """Return the files that are read with a folder: its contents, and files in a bag's index."""
     if not path.is_dir():
         return []
     found = list(path.iterdir())
@@ -101,7 +101,7 @@ def build_server(folder: str | os.PathLike[str]) -> Any:  # noqa: ANN401
 
 
 def _tools(folder: Folder) -> list[Callable[..., str]]:
-    """Return the tools: functions of a path, and if needed of unit and rate, that return JSON."""
+    """Return the tools: functions of a path, and in part unit and rate, that return JSON."""
 
     def report_tool(
         path: str, unit: str | None = None, rate: float | None = None, fixes: str | None = None
@@ -178,7 +178,7 @@ def _tools(folder: Folder) -> list[Callable[..., str]]:
 
 
 def describe_samples(command: str, result: Any) -> str:  # noqa: ANN401
-    """Return a result with samples as JSON: alarms, notes, table, and evenly chosen samples."""
+    """Return a result as JSON: alarms, notes, table, and some evenly spaced samples."""
     log = result.to_log()
     step = -(-log.n // _MAX_SAMPLES)
     units = dict(zip(log.names, log.units, strict=True))

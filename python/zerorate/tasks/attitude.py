@@ -43,7 +43,7 @@ _Columns: TypeAlias = Sequence[str | int]
 
 
 class AttitudeOptions(ReadingArguments, total=False):
-    """Constants of named methods, and arguments of reading, that `estimate_attitude` passes on."""
+    """Constants of named methods, and arguments for reading, that `estimate_attitude` passes on."""
 
     time_constant: float
     kp: float
@@ -85,9 +85,9 @@ def estimate_attitude(
 ) -> AttitudeEstimate:
     """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
-    The recording is checked and corrected first. The clock of the gyro is used: a sample of another
-    sensor is processed with the first gyro sample that is not earlier. ``zerorate attitude`` does
-    the same.
+    The recording is checked and corrected first. All samples are put on the clock of the gyro:
+    another sensor's sample is processed with the first gyro sample at or after it. ``zerorate
+    attitude`` does the same.
 
     Parameters
     ----------
@@ -96,68 +96,68 @@ def estimate_attitude(
         any unit.
     frame : {"enu", "ned", "nwu"}, optional
         Axes of the earth: east, north, up; north, east, down; or north, west, up. North is magnetic
-        north, unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
-        point forward, right, down, as in a PX4 log; otherwise "enu".
+        north unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
+        be forward, right, down (as in a PX4 log), otherwise "enu".
     method : str
         Method of `zerorate.Attitude`. "auto" needs no settings.
     offline : bool
         Use the whole recording for each sample, including later samples.
     mag : bool
-        Use a magnetometer, if there is one; without one the heading is relative to the start and
+        Use the magnetometer if there is one. Without it, the heading is relative to the start and
         drifts.
     learn_magnetometer : bool
         Learn the magnetometer's hard iron from the motion, as a live filter can.
     declination : float
-        Angle of magnetic north east of true north, rad. With it, north is true north.
+        Declination: angle of magnetic north east of true north, rad. If given, north is true north.
     at : array_like, shape (2,), optional
-        Latitude and longitude, deg, in place of `declination`, which then comes from the World
+        Latitude and longitude, deg. They replace `declination`, which is then computed by the World
         Magnetic Model.
     bias_limit : float, optional
-        Largest possible bias, rad/s: a steady rate beyond it is a rotation, never a rest. Default
-        10 deg/s.
+        Largest possible bias, rad/s. A larger steady rate is a rotation, never a rest. Default 10
+        deg/s.
     gyro, accel : str
-        Names of logs: ``"gyro_1"`` and so on; default: the only gyro, and the accelerometer of its
+        Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
-        Calibration that corrects the magnetometer first. For the recording of the calibration
-        itself, each of its intervals is corrected with the interval's own hard iron.
+        Calibration that corrects the magnetometer first. If the recording is the one that was used
+        for calibration, each of its intervals gets its own hard iron.
     clipped : {"auto", "restore", "leave"}
-        Treatment of clipped rates. "auto": restore them from their flanks if nothing else explains
-        them. "restore": restore them wherever the flanks predict larger rates. "leave": do not
-        change them.
+        Treatment of clipped rates. "auto": restore them from their flanks if there is no other
+        explanation. "restore": restore them wherever the flanks predict larger rates. "leave": do
+        not change them.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth: poses on the clock of the recording, a file of poses
-        with any north, or the names of the source's four columns w, x, y, z. Default: columns of
-        the source named like an orientation, such as ``ref_quat_w``.
+        True orientation from sensor to earth. Either poses on the clock of the recording, a file of
+        poses with any north, or names of four columns w, x, y, z of the source. Default: columns
+        named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
         Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Earth axes of the reference; default `frame`.
     reference_heading : {"aligned", "absolute", "relative"}, optional
-        Comparison of headings: "aligned" rotates the reference to the best fit, "absolute" uses the
-        reference's north, "relative" counts headings from the first sample. Default: "aligned" for
+        Comparison of headings. "aligned": rotate the reference to the best fit. "absolute": use the
+        reference's north. "relative": count headings from the first sample. Default: "aligned" for
         poses; otherwise "absolute", or "relative" without a magnetometer.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Constants of named methods of `zerorate.Attitude`: time_constant, kp, ki, beta, gyro_noise,
-        accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, if the source
-        is a file.
+        accel_noise, mag_noise, bias_walk. If the source is a file, also arguments of
+        `zerorate.read_recording`.
 
     Returns
     -------
     AttitudeEstimate
-        Arrays in SI; ``table()`` and ``plot()`` show them in deg.
+        Estimate with arrays in SI units; ``table()`` and ``plot()`` use deg.
 
     Raises
     ------
     LogError
-        If gyro or accelerometer is missing, does not have three axes or has no known unit, or if
-        gravity is absent. The notes of the error list contradictions in the recording.
+        If gyro or accelerometer is missing, does not have three axes, or has no known unit. Also if
+        gravity is absent. Notes of the error list contradictions in the recording.
     ValueError
         If an argument is out of range, or has no effect.
 
@@ -203,7 +203,7 @@ def estimate_attitude(
 
 
 def _refuse_mag_options(**mag_options: object) -> None:
-    """Raise ValueError for a magnetometer argument when the magnetometer is not used."""
+    """Raise ValueError for a magnetometer argument if the magnetometer is not used."""
     for name, value in mag_options.items():
         if value is not None and value is not False:
             raise ValueError(
@@ -212,7 +212,7 @@ def _refuse_mag_options(**mag_options: object) -> None:
 
 
 def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
-    """Return the given options of the default filter; named filters do not accept them."""
+    """Return the given options of the default filter; other filters do not accept them."""
     learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
     return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
@@ -284,7 +284,7 @@ def _check_heading(heading: str | None) -> None:
 
 
 def files_of(result: AttitudeEstimate, *, tum: bool = False, view: bool = False) -> Files:
-    """Return the files of an attitude: log and figure; poses and a page in 3D on request."""
+    """Return the files of an attitude: log and figure; on request also poses and a 3D page."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:

@@ -1,4 +1,4 @@
-"""Calibrations of IMUs and magnetometers, and their application: ``zerorate calibrate``."""
+"""Calibration of IMUs and magnetometers, and its application: ``zerorate calibrate``."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from zerorate.views import Result
 
 Path_: TypeAlias = str | os.PathLike[str]
 Sensor: TypeAlias = str | Log | npt.ArrayLike | None
-"""A sensor by its name in the recording, or its samples."""
+"""Name of a sensor in the recording, or its samples."""
 
 EXPORTS: Final[Mapping[str, tuple[str, ...]]] = {
     "kalibr": ("-kalibr.yaml",),
@@ -51,10 +51,10 @@ EXPORTS: Final[Mapping[str, tuple[str, ...]]] = {
     "ardupilot": ("-ardupilot.param",),
     "json": (),
 }
-"""Endings of the names of files for other programs; the JSON is always written."""
+"""File name endings of exports for other programs; the JSON is always written."""
 
 MAGNETOMETER_EXPORTS: Final = ("json", "px4", "ardupilot")
-"""Those of a magnetometer."""
+"""Exports of a magnetometer's calibration."""
 
 
 def calibrate(
@@ -80,33 +80,32 @@ def calibrate(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays, optional
-        Recording with a gyro and an accelerometer, each on its own clock; NaN marks missing
+        Recording with a gyro and an accelerometer, each on its own clock. NaN marks missing
+        samples.
         samples.
     gyro, accel : str, Log or array_like, shape (n, 3), optional
-        Names of the logs, if the recording has several; or the samples themselves, with `rate`. An
-        array has no unit: gravity and the rotations determine it, and corrected samples are in
-        rad/s and m/s^2.
+        Names of the logs if the recording has several; or samples, with `rate`. Arrays have no
+        unit: gravity and the rotations determine it, and corrected samples are in rad/s and m/s^2.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665. The default may be wrong by 0.3 %; the
-        accelerometer's scale then has the same error.
+        Local gravity, m/s^2. Default 9.80665; its error of up to 0.3 % becomes an error of the
+        accelerometer's scale.
     frame : {"x", "z", "symmetric"}
         Axes of the body, as in `Calibration`.
     g_sensitivity : {"auto", True, False}
-        Subtract the g-sensitivity also during rotations. "auto": only if one of its elements
-        differs from zero by three standard errors. Unless False, it is estimated from the static
-        intervals in any case.
+        Subtract the g-sensitivity in rotations, too. "auto": only if one of its elements differs
+        from zero by three standard errors. True and "auto" estimate it from the static intervals;
+        False does not.
     prior : {"datasheet", "wide"}
         Prior, as in `zerorate.calibration.calibrate`.
     saturation : float, optional
         End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
         occurs ten times.
     rests : iterable of Rest or (start, stop), optional
-        Static intervals of the sensor, s. Default: found in the samples.
+        Static intervals of the sensor, s. Default: found from the samples.
     temperature : bool
-        Add a model of the gyro's bias by temperature, from the static intervals of the same
-        recording.
+        Also model the gyro's bias by temperature, from the static intervals of the recording.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -115,15 +114,16 @@ def calibrate(
     Returns
     -------
     Calibration
-        Check `valid` first: if it is False, ``problems`` gives the reasons, and ``advice`` the
-        remedy. The result has `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+        Calibration; check `valid` first. If it is False, ``problems`` lists the reasons and
+        ``advice`` the remedies. The result has `table`, `plot` and `save`; `save` accepts
+        ``exports=("px4",)``.
 
     Raises
     ------
     CalibrationError
         If there are too few rests and rotations for an estimate.
     LogError
-        If a sensor is missing, does not have three axes or has a wrong unit, or if gravity is
+        If a sensor is missing, does not have three axes, or has a wrong unit. Also if gravity is
         absent.
     ValueError, TypeError
         If an argument is not as described.
@@ -160,7 +160,7 @@ def calibrate(
 def _load_recording(
     source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
-    """Return the recording to calibrate; given samples replace its sensors."""
+    """Return the recording to calibrate, with its sensors replaced by given samples."""
     chosen = ["given" for sensor in sensors.values() if sensor is not None]
     recording = None if source is None else one_imu_of(source, reading, *chosen)
     if recording is not None and all(
@@ -178,7 +178,7 @@ def _load_recording(
 
 
 def _sensor_names(sensors: Mapping[str, str | None]) -> dict[str, str]:
-    """Return the names of both sensors; if only one is chosen, the other is of the same device."""
+    """Return the names of both sensors; by default both are of the same device."""
     gyro, accel = sensors["gyro"], sensors["accel"]
     device = (gyro or "").removeprefix("gyro") or (accel or "").removeprefix("accel")
     return {"gyro": gyro or f"gyro{device}", "accel": accel or f"accel{device}"}
@@ -196,7 +196,7 @@ def _select_sensors(recording: Recording, names: Mapping[str, str]) -> Recording
 
 
 def _fit(recording: Recording, options: Mapping[str, Any]) -> Calibration:
-    """Return the calibration, also an invalid one from too little data."""
+    """Return the calibration; too little data gives an invalid one."""
     try:
         return fitted(recording, **options)
     except CalibrationError as error:
@@ -231,20 +231,20 @@ def calibrate_magnetometer(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        Recording with gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere
-        is fitted. The sphere needs samples in all directions and a constant field; a note says so.
+        Recording with gyro, accelerometer and a magnetometer in any unit. Without a gyro, a sphere
+        is fitted, with a note: this needs samples in all directions and a constant field.
     gyro : str
         Name of the gyro, if there are several; default the first.
     one : bool
-        Fit one hard iron to the whole record. By default several are fitted if they clearly reduce
-        the scatter, for example when a magnet comes and goes.
+        Fit one hard iron to the whole recording. By default several are fitted if they clearly
+        reduce the scatter, for example if a magnet was near for a while.
     field, dip : float, optional
-        Strength of the local field, uT, and its angle below the horizontal, rad. A result that
+        Strength of the local field, uT, and its angle below the horizontal, rad. A calibration that
         contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and optionally height, m: `zerorate.geometry.earth_field` then
-        computes field and dip. Default: the recording's position, if it has one and pygeomag is
-        installed.
+        Latitude and longitude, deg, and optionally height, m. `zerorate.geometry.earth_field`
+        computes field and dip from them. Default: the recording's position, if it has one and
+        pygeomag is installed.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -253,17 +253,17 @@ def calibrate_magnetometer(
     Returns
     -------
     MagnetometerCalibration
-        Check `applied`: a correction is applied only if it more than halves the scatter of samples
-        that the fit had not seen. The result has `table`, `plot` and `save`, which takes
-        ``exports=("px4",)``.
+        Calibration; check `applied`: a correction is applied only if it more than halves the
+        scatter of samples outside the fit. The result has `table`, `plot` and `save`; `save`
+        accepts ``exports=("px4",)``.
 
     Raises
     ------
     LogError
-        If there is no magnetometer, or a gyro but no accelerometer, or less than ten seconds of
-        data.
+        If there is no magnetometer, the accelerometer is missing next to a gyro, or there are less
+        than ten seconds of data.
     ValueError
-        If ``field`` or ``dip`` are impossible on earth, or ``place`` is not a position on earth.
+        If ``field`` or ``dip`` cannot occur on earth, or ``place`` is no position on earth.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
@@ -291,7 +291,7 @@ def calibrate_magnetometer(
 
 
 def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) -> Recording:
-    """Return the prepared recording; a magnetometer that is frozen throughout is kept."""
+    """Return the prepared recording, with a completely frozen magnetometer kept."""
     is_frozen = name in raw and any(remark.check == FROZEN for remark in prepared.remarks)
     if not is_frozen or name in prepared.recording:
         return prepared.recording
@@ -300,7 +300,7 @@ def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) 
 
 @dataclass(frozen=True, eq=False)
 class Corrected(Result):
-    """A recording corrected by a calibration, as `zerorate.correct` returns it.
+    """Recording corrected by a calibration, as `zerorate.correct` returns it.
 
     Parameters
     ----------
@@ -332,11 +332,11 @@ class Corrected(Result):
         return notes_on(self.recording)
 
     def to_log(self) -> Log:
-        """Return all logs that share the clock of the first log, as one log."""
+        """Return all logs on the clock of the first log, as one log."""
         return next(iter(self.tables().values()))
 
     def tables(self) -> dict[str, Log]:
-        """Return the logs by the ending of their file names; logs on one clock form one table."""
+        """Return the logs by the ending of their file names; logs on one clock share a table."""
         groups: dict[str, list[Log]] = {}
         for name, log in self.recording.items():
             candidates = (group for group in groups.values() if _has_clock_of(group, log))
@@ -380,8 +380,8 @@ def correct(
     calibration : Calibration or path
         Calibration to apply.
     gyro, accel : str, optional
-        Names of the two logs in the recording. Default: the sensors with the calibration's columns,
-        or else the first sensors.
+        Names of the two logs. Default: the sensors with the calibration's columns, or else the
+        first sensors.
     **reading
         Arguments of `zerorate.read_recording`, if the source is a file.
 
@@ -393,6 +393,7 @@ def correct(
     Raises
     ------
     LogError
+        If both sensors are missing.
         If both sensors are missing.
     ValueError
         If the units differ from the calibration's.
@@ -428,7 +429,7 @@ def correct(
 def compare_with_earlier(
     calibration: Calibration, earlier: Calibration | Path_
 ) -> CalibrationComparison:
-    """Return the change of each parameter from an earlier calibration (first argument)."""
+    """Return the change of each parameter since `old`, the earlier calibration."""
     old = calibration_of(earlier)
     units = {"gyro": calibration.gyro_units[0], "accel": calibration.accel_units[0]}
     return compare_calibrations(old.to_frame(calibration.frame).in_units(**units), calibration)
@@ -441,9 +442,9 @@ def files_of(
     doubtful: bool = False,
     panels: Literal["usual", "all"] = "usual",
 ) -> Files:
-    """Return the files of a calibration: JSON, files for other programs, figures.
+    """Return the files of a calibration: JSON, exports for other programs, figures.
 
-    A calibration that is not valid is exported only with `doubtful`.
+    An invalid calibration is exported only with `doubtful`.
     """
     check_exports(exports, tuple(EXPORTS))
     written_exports = [export for export in exports if calibration.valid or doubtful]
@@ -470,7 +471,7 @@ def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
 
 
 def unusable(calibration: MagnetometerCalibration) -> Sequence[str]:
-    """Return the reason why a magnetometer's calibration is useless; empty if it is not."""
+    """Return the reason why a magnetometer's calibration is useless; empty if it is useful."""
     if calibration.problems:
         return calibration.problems[:1]
     if not calibration.applied and not any(one.identifiable for one in calibration.hard_iron):
@@ -514,7 +515,7 @@ def magnetometer_files(
 
 
 def corrected_files(result: Corrected) -> Files:
-    """Return the files of a corrected recording: a log, and one more for each other clock."""
+    """Return the files of a corrected recording: one log per clock."""
     tables = result.tables()
     data: list[Writer] = [partial(write_log, log) for log in tables.values()]
     others = [f"{ending}." for ending in tables if ending]

@@ -42,7 +42,7 @@ EXPORTS: Final = {
     "ros": "-ros.yaml",
     "json": "-models.json",
 }
-"""Estimators whose configuration can be written, and every axis' model; endings of their files."""
+"""File name endings of configurations for estimators, and of the models of all axes."""
 
 _JSON: Final = "json"
 _SENSOR_KINDS: Final = ("gyro", "accel")
@@ -116,17 +116,17 @@ class Characterised(Result):
         force : bool
             Replace existing files.
         bounds : bool
-            Export the upper bound of a coefficient that the log does not determine. False leaves
-            its line out; Kalibr and ORB-SLAM3 do not accept such a file.
+            Export the upper bound of a coefficient that the log does not determine. False omits its
+            line; Kalibr and ORB-SLAM3 reject a file without it.
         doubtful : bool
-            Export numbers of a log that moved or is too short, with a warning in the file.
+            Export results of a log with motion or too few samples, with a warning in the file.
         export : str or iterable of str
-            Files for estimators, with the numbers of the worst axis: any of kalibr, vins, orbslam3,
-            px4, ros. json has the models of all axes.
+            Files for estimators, with the values of the worst axis: any of kalibr, vins, orbslam3,
+            px4, ros. json contains the models of all axes.
         inflate : float
-            Factor on the numbers of the exports.
+            Factor for the exported values.
         per_sample : bool
-            For vins: deviations per sample, not densities.
+            For vins: standard deviations per sample instead of densities.
         **choices
             ``figure``, ``format`` (csv, json or npz), ``figure_format``.
 
@@ -167,8 +167,8 @@ def characterise(
 ) -> Characterised:
     """Measure the noise of gyros and accelerometers from a recording at rest.
 
-    The recording is checked first; samples are not changed. ``zerorate allan`` does the same;
-    `zerorate.allan` gives the deviations alone.
+    The recording is checked first; samples are not changed. ``zerorate allan`` does the same.
+    `zerorate.allan` returns only the deviations.
 
     Parameters
     ----------
@@ -179,15 +179,15 @@ def characterise(
     taus : str or sequence of float
         Averaging times: "octave", "decade", "all", or seconds.
     bridge : int
-        Longest gap that is filled with a straight line, samples.
+        Longest gap filled with a straight line, samples.
     confidence : float
-        Probability that the bounds hold the true deviation.
+        Probability that the true deviation is within the bounds.
     markov : int
-        Number of Markov terms to find.
+        Number of Markov terms to fit.
     second_opinion : bool
-        Estimate the coefficients from the spectrum as well.
+        Estimate the coefficients also from the spectrum.
     fix : bool
-        Correct the gyro's unit or axes where a motion certainly contradicts them.
+        Correct the gyro's unit or axes if a motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -201,7 +201,7 @@ def characterise(
     Raises
     ------
     LogError
-        If there is no sensor, the log has fewer than 20 samples, or a column has no samples.
+        If there is no sensor, the log has fewer than 20 samples, or a column is empty.
     ValueError
         If an argument is not as described.
 
@@ -253,7 +253,7 @@ def _kind_of(log: Log) -> str:
 
 
 def _group_by_clock(recording: Recording) -> Iterator[Log]:
-    """Yield a recording's gyros, then its accelerometers; sensors on one clock form one log."""
+    """Yield a log of a recording's gyros, then of its accelerometers, for each clock."""
     logs = [log for kind in _SENSOR_KINDS for log in recording.of_kind(kind)]
     if not logs:
         raise LogError("there is neither a gyro nor an accelerometer")
@@ -274,7 +274,7 @@ def _join_logs(logs: Sequence[Log]) -> Log:
 
 
 def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
-    """Return the names of exports, each once; ValueError for options that no export uses.
+    """Return the names of exports without duplicates; ValueError for options that none uses.
 
     `export`: names, separated by commas or as a sequence.
     """
@@ -317,8 +317,8 @@ def export_texts(
     Raises
     ------
     ValueError
-        If a name is not known, no export uses an option, or an export needs the unit of the samples
-        and it is not known.
+        If a name is unknown, no export uses an option, or an export needs the unknown unit of the
+        samples.
     """
     texts: dict[str, str] = {}
     refused: dict[str, list[str]] = {}
@@ -344,7 +344,7 @@ def describe_missing_numbers(
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []
-    # A message has no place for a walk.
+    # A ROS message has no field for a random walk.
     walk = kinds != {"ros"}
     models = (_worst_model(result.sensors, kind) for kind in ("angular rate", "acceleration"))
     return [
@@ -407,7 +407,7 @@ def _estimator_text(
 
 
 def _ros_topic(log: Log) -> str:
-    """Return the topic of a ROS recording, or the topic of Kalibr's examples."""
+    """Return the topic of a ROS recording, or else the topic of Kalibr's examples."""
     sensor = str(log.meta.get("sensor") or "")
     return sensor if sensor.startswith("/") else "/imu0"
 

@@ -19,10 +19,10 @@ def check(
 ) -> Checks:
     """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The accelerometer's force is rotated by the gyro into a fixed frame: gravity is constant there
-    only if unit and axes of the gyro are right. The same holds for a magnetometer's field.
-    Quantities that the motion does not show stay undecided, and nothing is corrected. Every task
-    does this check first.
+    The gyro rotates the accelerometer's force into a fixed frame. There, gravity is constant only
+    if unit and axes of the gyro are right. The field of a magnetometer is tested in the same way.
+    Nothing is decided about quantities that the motion does not show, and nothing is corrected. All
+    tasks make this check first.
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ def check(
         Recording with a gyro and an accelerometer of three axes, at 10 Hz or more, and optionally a
         magnetometer.
     gyro, accel : str
-        Names of logs: ``"gyro_1"`` and so on; default: the only gyro, and the accelerometer of its
+        Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     scale_errors : bool
-        Also look for scale errors and a delay of the gyro. Default True.
+        Also test for scale errors and a delay of the gyro. Default True.
     **reading
         Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
     Checks
-        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` applies the
+        Findings on gyro and magnetometer. ``table()`` shows them, ``apply(recording)`` makes the
         exact corrections.
 
     Raises

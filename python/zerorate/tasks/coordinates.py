@@ -13,7 +13,7 @@ _MAX_LONGITUDE_DEG: Final = 360.0
 
 
 def parse_position(at: npt.ArrayLike, max_latitude: float = 90.0) -> tuple[float, float]:
-    """Return latitude and longitude, deg; ValueError if out of range."""
+    """Return latitude and longitude, deg; ValueError if one is out of range."""
     numbers = np.asarray(at, dtype=np.float64)
     limits = np.array([max_latitude, _MAX_LONGITUDE_DEG])
     if numbers.shape != (2,) or not (np.abs(numbers) <= limits).all():

@@ -20,7 +20,7 @@ def correction_of(
     magnetometer: MagnetometerCalibration | _Path | None = None,
     **names: str | None,
 ) -> Callable[[Recording], Recording] | None:
-    """Return the function that removes known errors of a recording; None if none are known.
+    """Return the function that corrects a recording; None without calibrations.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def correction_of(
     Raises
     ------
     LogError
-        If a file holds no calibration.
+        If a file contains no calibration.
     OSError
         If a file cannot be read.
     """
@@ -76,7 +76,7 @@ def _magnetometer_of(
 
 @contextmanager
 def _as_log_errors() -> Iterator[None]:
-    """Turn an error of a file into a fault of the data."""
+    """Turn errors of a calibration's file into LogError."""
     try:
         yield
     except ValueError as error:

@@ -15,7 +15,7 @@ _COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "term_count
 
 
 CURVE_FORMATS: Final = ("csv", "json", "npz")
-"""File formats of a deviation curve; the first is the usual one."""
+"""File formats of a deviation curve; the first is the default."""
 
 
 def write_curves(curves: Sequence[AllanResult], path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Counts of present samples that a filter left out, by axis, and their sentences."""
+"""Counts of present samples that a filter left out, per axis, and sentences on them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ from zerorate.types import Integers
 
 @dataclass(frozen=True, eq=False)
 class ExclusionCounts:
-    """Counts of each of k axes, shape (k,).
+    """Counts for each of k axes, shape (k,).
 
     Parameters
     ----------
     saturated_count : ndarray of int64
-        Samples at the end of the sensor's range, which count as missing.
+        Samples at the end of the sensor's range, treated as missing.
     outlier_count : ndarray of int64
-        Samples too far from their neighbours to be believed.
+        Outliers: samples too far from their neighbours.
     stuck_count : ndarray of int64
-        Samples of a sensor that repeated the same value.
+        Samples of a stuck sensor, which repeats the same value.
     """
 
     saturated_count: Integers
@@ -30,7 +30,7 @@ class ExclusionCounts:
 
     @classmethod
     def of(cls, filter_: DriftFilter) -> Self:
-        """Return the counts of a filter up to now."""
+        """Return the counts of a filter to date."""
         counts = (filter_.saturated_count, filter_.outlier_count, filter_.stuck_count)
         return cls(*(np.atleast_1d(np.asarray(count, np.int64)) for count in counts))
 

@@ -106,8 +106,8 @@ def identify(
 ) -> Identified:
     """Find an ARMA model of the drift of each axis of a gyro at rest, and test it.
 
-    The recording is checked first; rates are not changed. ``zerorate identify`` does the same;
-    `zerorate.identification.identify` takes the record of one axis.
+    The recording is checked first; rates are not changed. ``zerorate identify`` does the same.
+    `zerorate.identification.identify` is for the record of one axis.
 
     Parameters
     ----------
@@ -125,15 +125,15 @@ def identify(
     segments : int
         Number of parts of the record that the tests of stationarity compare.
     outliers : {"hampel", "moving-average"}, optional
-        Method that replaces outliers first.
+        Method that replaces outliers before the fit.
     smooth : int
-        Length of a moving average that is applied first, samples.
+        Length of a moving average that is applied before the fit, samples.
     decimate : int
         Factor by which the sampling rate is reduced, after a low-pass filter.
     trend : {"mean", "linear"}, optional
-        Trend to subtract first.
+        Trend that is subtracted before the fit.
     fix : bool
-        Correct the gyro's unit or axes where a motion certainly contradicts them.
+        Correct the gyro's unit or axes if a motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -186,7 +186,7 @@ def identify(
 def _identify_axes(
     log: Log, options: Mapping[str, Any], progress: Progress
 ) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
-    """Return the identification of each axis, and the reasons why other axes are left out."""
+    """Return the identification of each axis, and the reasons for axes left out."""
     fractions = [0.0] * log.channels
 
     def of_axis(i: int) -> Identification | ValueError:
@@ -215,13 +215,13 @@ def _run_parallel(
     work: Callable[[int], Identification | ValueError], count: int
 ) -> list[Identification | ValueError]:
     with thread_pool() as executor:
-        # What holds round the caller holds in each thread, such as what arguments are called.
+        # Each thread gets a copy of the caller's context variables, such as argument names.
         jobs = [executor.submit(copy_context().run, work, i) for i in range(count)]
         return [job.result() for job in jobs]
 
 
 def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
-    """Raise LogError if no column can be modelled; otherwise raise the error of the arguments."""
+    """Raise LogError if no column can be modelled, or else the error of the arguments."""
     for z in log.data.T:
         try:
             as_record(z, MIN_SAMPLES, "identification")
@@ -234,9 +234,9 @@ def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
 
 
 def files_of(result: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
-    """Return the files of identifications: a page, with figures if they are drawn, and JSON.
+    """Return the files of identifications: a page, with figures on request, and JSON.
 
-    The page is made when it is written; ImportError without matplotlib, of the extra ``plot``.
+    The page is made when it is written; ImportError without matplotlib (extra ``plot``).
     """
 
     def page(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The prepared gyro of a source and its accelerometer, read one block at a time."""
+"""The prepared gyro of a source with its accelerometer, read block by block."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _MAX_CHECKED_SAMPLES: Final = 1 << 20
-"""Samples that the preparation checks: three hours at 100 Hz."""
+"""Number of samples that the preparation checks: three hours at 100 Hz."""
 _AXES: Final = 3
 
 
@@ -40,9 +40,9 @@ class Imu:
     gyro : LogFile
         The gyro, with the chosen axes.
     accel : LogFile or None
-        Its accelerometer of three axes, if there is one.
+        Accelerometer of the same device with three axes; None if there is none.
     alarms : tuple of str
-        Contradictions, from the first million samples.
+        Contradictions found in the first million samples.
     """
 
     gyro: LogFile
@@ -57,9 +57,9 @@ class Imu:
         calibration: Calibration | None = None,
         choices: Choices = FILTER_CHOICES,
     ) -> Imu:
-        """Return the gyro of a source, corrected by a calibration and prepared.
+        """Return the gyro of a source, prepared and corrected by a calibration.
 
-        The bias limit of the choices is in the unit of the gyro.
+        The bias limit in `choices` has the unit of the gyro.
         """
         if isinstance(source, LogFile):
             return cls(source).prepare_sensors(choices)
@@ -84,7 +84,7 @@ class Imu:
 
     @classmethod
     def _from_recording(cls, recording: Recording, choices: Choices) -> Imu:
-        """Return the sensors of a recording, which may have several of a kind."""
+        """Return the sensors of a recording; it may have several of a kind."""
         unit = "" if recording.gyro is None else recording.gyro.unit
         prepared = prepare(recording, _bias_limit_to_si(choices, unit))
         gyro, accel = prepared.recording.gyro, prepared.recording.accel
@@ -105,16 +105,16 @@ class Imu:
         return str(self.gyro.header.meta.get("source", "the log"))
 
     def prepare_sensors(self, choices: Choices) -> Imu:
-        """Return the sensors, corrected as the check of their first samples requires.
+        """Return the sensors, corrected according to the check of their first samples.
 
-        These corrections apply to every block.
+        The corrections apply to all blocks.
         """
         try:
             logs = {"gyro": _read_beginning(self.gyro)}
             if self.accel is not None:
                 logs["accel"] = _read_beginning(self.accel)
         except LogError:
-            return self  # what is wrong with the file is said where it is read
+            return self  # errors of the file are raised when it is read
         choices_si = _bias_limit_to_si(choices, self.gyro.header.unit)
         result = prepare(Recording(logs, self.source), choices_si)
         gyro = self.gyro if result.gyro_fix is None else _fix_blocks(self.gyro, result.gyro_fix)
@@ -122,7 +122,7 @@ class Imu:
 
 
 def prepare_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> PreparedRecording:
-    """Return the gyro of a source and its accelerometer as `Imu.of` does, but in memory."""
+    """Return the gyro of a source and its accelerometer in memory; otherwise like `Imu.of`."""
     if isinstance(source, Recording | Log):
         return prepare(one_imu_of(source, reading), choices)
     files = zip(("gyro", "accel"), _open_files(source, reading), strict=True)
@@ -135,7 +135,7 @@ def _open_files(source: LogSource, reading: Mapping[str, Any]) -> tuple[LogFile,
 
 
 def _bias_limit_to_si(choices: Choices, unit: str) -> Choices:
-    """Return the choices with the bias limit in rad/s; without it if the unit is not known."""
+    """Return the choices with the bias limit in rad/s; without a known unit, drop it."""
     limit = choices.bias_limit
     if limit is None or unit not in UNITS or UNITS[unit].kind != "rate":
         return replace(choices, bias_limit=None)
@@ -143,7 +143,7 @@ def _bias_limit_to_si(choices: Choices, unit: str) -> Choices:
 
 
 def _gyro_unit(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
-    """Return the unit of the gyro from an argument that may hold the units of both sensors."""
+    """Return the unit of the gyro from an argument with one unit or two."""
     unit = reading.get("unit")
     if isinstance(unit, str) and "," not in unit:
         return unit
@@ -165,7 +165,7 @@ def _read_beginning(log: LogFile) -> Log:
 
 
 def _fix_blocks(log: LogFile, finding: Finding) -> LogFile:
-    """Return a log whose blocks are corrected when they are read."""
+    """Return a log with blocks that are corrected when read."""
     if log.whole is not None:
         return LogFile.of(finding.apply(log.whole))
     header = log.header

@@ -1,4 +1,4 @@
-"""Interrupts: blocked in worker processes, delayed within a sample, handled during native code."""
+"""Interrupts: blocked in worker processes, delayed during a sample, handled in native code."""
 
 import signal
 import sys
@@ -21,17 +21,17 @@ _SIGNALS: Final = (signal.SIGINT, *_END_SIGNALS)
 
 @contextmanager
 def block_child_interrupts() -> Iterator[None]:
-    """Start processes here that never receive an interrupt; hold back interrupts meanwhile.
+    """Start processes that never receive an interrupt; delay interrupts meanwhile.
 
-    Ctrl-C reaches every process of a terminal, but only the main process may react. Processes
-    started later by threads from here do not receive it either.
+    Ctrl-C reaches every process of a terminal, but only the main process may react. Processes that
+    threads started here later create do not receive it either.
     """
     if sys.platform == "win32":
         yield
         return
     from multiprocessing import resource_tracker
 
-    # As it starts by itself, it lets interrupts through again.
+    # A new process would unblock interrupts itself.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -43,12 +43,12 @@ def block_child_interrupts() -> Iterator[None]:
 def run_in_background(work: Callable[[], T]) -> T:
     """Run work in a thread and return its result or raise its error; an interrupt abandons it.
 
-    Native code cannot be interrupted, and some of it takes minutes.
+    Native code cannot be interrupted, and can take minutes.
     """
     from concurrent.futures import Future
 
     future: Future[T] = Future()
-    # What holds round the caller holds round the work, such as what arguments are called.
+    # The thread gets a copy of the caller's context variables, such as argument names.
     context = copy_context()
 
     def run() -> None:
@@ -66,15 +66,14 @@ class TerminationHandler:
 
     def __init__(self) -> None:
         self.number = INTERRUPT
-        """The signal that came."""
+        """Number of the received signal."""
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        """Catch signals; only the main thread receives any."""
+        """Install the handlers; only the main thread receives signals."""
         if threading.current_thread() is threading.main_thread():
             for number in _SIGNALS:
-                # A signal that a shell or nohup has set to be ignored stays so, and so does one
-                # that the caller of a command takes itself.
+                # Keep signals that a shell or nohup ignores, and signals that the caller handles.
                 if signal.getsignal(number) in _DEFAULT_HANDLERS:
                     self._before[number] = signal.signal(number, self._end)
         return self
@@ -91,7 +90,7 @@ class TerminationHandler:
             later.start()
             return
         self.number = number
-        # Once: a second one must not stop what cleans up.
+        # Only once: a second signal must not stop the cleanup.
         for other_number in self._before:
             signal.signal(other_number, signal.SIG_IGN)
         raise KeyboardInterrupt
@@ -99,11 +98,11 @@ class TerminationHandler:
 
 _DEFAULT_HANDLERS: Final = (signal.SIG_DFL, signal.default_int_handler)
 _RETRY_DELAY_S: Final = 0.01
-"""Seconds after which a signal comes again."""
+"""Delay before a signal is sent again, s."""
 
 
 def _resend_signal(number: int) -> None:
-    """Send a signal to the main thread, to end its wait."""
+    """Send a signal to the main thread to end its wait."""
     if sys.platform == "win32":
         signal.raise_signal(number)
     else:
@@ -113,22 +112,22 @@ def _resend_signal(number: int) -> None:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Return True if a signal came while the interpreter imports a module.
+    """Return True if a signal arrived during the import of a module.
 
-    An exception raised there is lost, and the import lock is not released: a thread that imports
-    would then wait for ever.
+    An exception raised there is lost and the import lock stays locked: threads that import would
+    wait for ever.
     """
     return frame is not None and frame.f_code.co_filename.startswith("<frozen importlib")
 
 
 class SignalInterrupt(Exception):
-    """A signal came; its number is the argument."""
+    """Error for a received signal; its argument is the signal's number."""
 
 
 class Interrupts:
     """Handler that raises an error for a signal only while a stream waits for its next sample.
 
-    So each sample is either answered or not read, and the state can be saved.
+    Each sample is then either answered or not read, so the state can be saved.
     """
 
     def __init__(self) -> None:
@@ -141,7 +140,7 @@ class Interrupts:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        # A signal that a shell has set to be ignored, as in the background, stays ignored.
+        # Signals that a shell ignores, as for background jobs, stay ignored.
         before = {
             number: signal.signal(number, self._handle_signal)
             for number in _SIGNALS
@@ -154,7 +153,7 @@ class Interrupts:
                 signal.signal(number, handler)
 
     def wait(self, read: Callable[[], T]) -> T:
-        """Return the result of a function, or raise `SignalInterrupt` if a signal comes before."""
+        """Return the result of a function; raise `SignalInterrupt` if a signal arrives before."""
         self._waiting = True
         try:
             if self._pending is not None:
@@ -167,6 +166,6 @@ class Interrupts:
         if self._waiting:
             raise SignalInterrupt(number)
         if self._pending is not None:
-            # A second signal: the reader of the answers hangs, so the sample cannot be finished.
+            # A second signal while the answer's reader blocks: the sample cannot be finished.
             raise KeyboardInterrupt
         self._pending = number

@@ -71,15 +71,15 @@ if TYPE_CHECKING:
 
 PathLike = str | os.PathLike[str]
 _START_READINGS: Final = 10
-"""Readings of a compass whose mean is the heading at the start."""
+"""Number of compass readings averaged for the heading at the start."""
 _COMPASS_SIGMA_RAD: Final = 0.035
 """Default of the filter's ``compass_sigma``, rad."""
 StatedNoise = NoiseModel | PathLike | None
-"""A model of a sensor's noise, or the file of one."""
+"""Noise model of a sensor, or its file."""
 
 
 class NavigateOptions(ReadingArguments, AidArguments, total=False):
-    """Options of the filter, arguments of reading and on aids, that `navigate` passes on."""
+    """Options of the filter, of reading and of aids that `navigate` passes on."""
 
     gate: float
     adapt: Literal["inflate", "free", "fixed"]
@@ -103,13 +103,13 @@ class Navigation(Result):
     track : Track
         Position, velocity, attitude and biases at every sample, with standard deviations.
     start : Alignment
-        State in which the filter began.
+        State in which the filter started.
     nis : ndarray, shape (fixes, 2)
         Normalised innovations squared of positions and velocities.
     outages : Outages or None
         Errors in outages of the receiver, if lengths were given.
     truth : Poses, Fixes or None
-        The true track to compare with.
+        True track for comparison.
     alarms : tuple of str
         Contradictions in the recording, one sentence each.
 
@@ -140,13 +140,13 @@ class Navigation(Result):
         return self.track.notes
 
     def errors(self) -> tuple[TrackErrors, TrackErrors | None, str] | None:
-        """Return the errors against the true track; None without one.
+        """Return the errors against the true track; None without a true track.
 
         Returns
         -------
         tuple
-            Errors of positions, errors of one-second steps if orientations are known, and a
-            sentence on the alignment of the tracks.
+            Position errors, errors of one-second steps (None without orientations), and a sentence
+            on the alignment of the tracks.
         """
         truth = self.truth
         if truth is None:
@@ -175,14 +175,14 @@ class Navigation(Result):
         *,
         ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
-        """Return the figure of the track; ImportError without matplotlib, of the extra ``plot``.
+        """Return the figure of the track; ImportError without matplotlib (extra ``plot``).
 
         Parameters
         ----------
         panels : {"usual", "all"}
-            The usual panels, at most six, or all panels.
+            The usual panels (six at most), or all panels.
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the path, and for the panels that follow it.
+            Axes for the path, followed by axes for further panels.
         """
         from zerorate.views import figure_of
 
@@ -219,7 +219,7 @@ class _Wheels:
         return None if values is None else cls(values, ticks is not None, tick)
 
     def read(self, source: Source, recording: Recording, fixes: Fixes) -> Floats | Wheels:
-        """Return the speed at each sample (NaN where missing), or speeds between tick counts."""
+        """Return the speed at each sample (NaN if missing), or speeds between tick counts."""
         samples = Samples.of(recording, mag=False, what="navigation")
         values = self._values(source, samples)
         if not self.ticks:
@@ -270,85 +270,86 @@ def navigate(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro and an accelerometer.
+        Recording with a gyro and an accelerometer.
     fixes : Fixes or path, optional
-        Fixes of the receiver; by default those in the recording.
+        Fixes of the receiver. Default: fixes in the recording.
     mount : array_like, shape (3, 3), scipy Rotation, "auto" or "none"
         Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
-        from the motion. "none": the sensors' axes are the body's.
+        from the motion. "none": the sensors' axes are the body's axes.
     antenna : array_like, shape (3,), optional
-        Vector from the sensors to the antenna, m forward, right, down; the estimate starts from it.
+        Vector from the sensors to the antenna, m forward, right, down. It is the start of an
+        estimate.
     time_offset : float, TimeOffset or "auto"
         Offset to add to the times of the fixes, s. "auto": the best fit of sensors and fixes.
     heading : float or "course", optional
-        Heading at the start, rad from north over east, or "course": the direction of the first
-        motion. By default the motion determines it.
+        Heading at the start, rad from north over east. "course": the direction of the first motion.
+        By default the motion determines it.
     rest : tuple of float, optional
-        Start and end of the rest at the start, s after the first sample. Default: found; without a
-        rest the filter starts in motion.
+        Start and end of the first rest, s after the first sample. Default: found. Without a rest,
+        the filter starts in motion.
     smooth : bool
         Use later fixes too (forward-backward pass).
     outages : float or sequence of float
-        Lengths of outages, s, in which fixes are withheld to measure the errors.
+        Lengths of simulated outages, s; withheld fixes measure the errors.
     vehicle : "wheeled", optional
-        The vehicle neither slips sideways nor leaves the ground.
+        "wheeled": the vehicle does not slip sideways and stays on the ground.
     axle : array_like, shape (3,), optional
         Vector from the sensors to the unsteered axle, m.
     wheel_speed, wheel_ticks : str or array_like, shape (n,), optional
-        Speed of the wheels, m/s, or their ticks: a column of the source, or values at the gyro's
-        samples. Implies a wheeled vehicle.
+        Speed of the wheels, m/s, or their ticks: name of a column, or values at the gyro's samples.
+        Either implies a wheeled vehicle.
     tick : float, optional
-        Metres per tick; by default from the receiver's speed.
+        Distance per tick, m. Default: found from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
-        Noise of the sensors, or a file of it: JSON, or an ``imu.yaml`` of Kalibr. Default: the
-        noise of consumer sensors.
+        Noise of the sensors, or its file: JSON, or an ``imu.yaml`` of Kalibr. Default: noise of
+        consumer sensors.
     noise : {"auto", "stated"}
-        Process noise of the filter. "auto": fitted so that coasting errors agree with the filter's
-        standard deviations (`zerorate.navigation.find_noise`); the noise of given models is only
-        raised. "stated": the noise of the models.
+        Process noise of the filter. "auto": fitted so that errors without fixes agree with the
+        filter's standard deviations (`zerorate.navigation.find_noise`); stated noise models are
+        then lower bounds. "stated": the stated noise models.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
-        Treatment of clipped rates. "auto": restore them from their flanks if nothing else explains
-        them. "restore": restore them wherever the flanks predict larger rates. "leave": do not
-        change them.
+        Treatment of clipped rates. "auto": restore them from their flanks if there is no other
+        explanation. "restore": restore them wherever the flanks predict larger rates. "leave": do
+        not change them.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, Fixes or path, optional
-        The true track to compare with.
+        True track for comparison.
     reference_offset : float
         Offset to add to the times of the reference, s.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     pressure, baro_height : str, array_like, shape (n,), or Aid, optional
-        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's
-        samples, or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
-        ``baro_alt_m``).
+        Pressure, or height in m, of a barometer: name of a column, values at the gyro's samples, or
+        `zerorate.navigation.Aid`. Default: found by name (``pressure_hpa``, ``baro_alt_m``).
     pressure_unit : str, optional
-        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by the name, or by the size of the pressure
-        at the height of the fixes.
+        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by name, or by the pressure expected at the
+        height of the fixes.
     compass : str, array_like, shape (n,), or Aid, optional
-        Heading of a compass, or of two antennas, likewise. Default: found by its name
-        (``heading_deg``, ``compass_deg``). Its convention is found from the motion.
+        Heading of a compass or of two antennas: name of a column, values at the gyro's samples, or
+        `zerorate.navigation.Aid`. Default: found by name (``heading_deg``, ``compass_deg``). The
+        motion shows its convention.
     compass_unit : {"deg", "rad"}, optional
-        Default: by the name, the size or the motion.
+        Unit of the compass. Default: by name, size or motion.
     baseline_columns : str, array_like, shape (n, 3), or Aid, optional
-        Measured vector between the antennas, m north, east, down: columns with commas, or values.
-        Default: found by its name (``baseline_north_m``).
+        Measured vector between two antennas, m north, east, down: names of columns with commas, or
+        values. Default: found by name (``baseline_north_m``).
     aids : {"auto", "stated"}
-        "auto": use aids that are found by their names too. "stated": use only those given.
+        "auto": also use aids that are found by name. "stated": use only aids in arguments.
     mag : bool
-        Use the magnetometer of the recording as compass: calibrated by its motion, levelled, with
-        the declination of the place.
+        Use the recording's magnetometer as a compass. It is calibrated by the motion, levelled, and
+        corrected by the local declination.
     baseline : array_like, shape (3,), optional
         Vector from the first to the second antenna, m forward, right, down.
     limits : dict of str to float, optional
-        Largest standard deviations of usable outputs: position, height, m, velocity, m/s, attitude,
-        heading, rad. Default: those of `zerorate.NavigationFilter`.
+        Largest standard deviations of valid outputs: position and height, m, velocity, m/s,
+        attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,
-        compass_walk; and arguments of `zerorate.read_recording`, if the source is a file.
+        compass_walk. If the source is a file, also arguments of `zerorate.read_recording`.
 
     Returns
     -------
@@ -358,8 +359,8 @@ def navigate(
     Raises
     ------
     LogError
-        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin. The
-        notes of the error list contradictions in the recording.
+        If a sensor or the fixes are missing, gravity is absent, or the filter cannot start. Notes
+        of the error list contradictions in the recording.
     ValueError
         If an argument is out of range.
 
@@ -428,7 +429,7 @@ def _read_wheels(
 def _drop_unusable(
     channels: list[Channel], baseline: npt.ArrayLike | None, alarms: list[str]
 ) -> list[Channel]:
-    """Remove the vectors between two antennas if their positions on the vehicle are not stated."""
+    """Remove measured vectors between two antennas if `baseline` is not stated."""
     usable = [one for one in channels if one.kind != "baseline" or baseline is not None]
     for channel in channels:
         if channel not in usable:
@@ -447,7 +448,7 @@ def _begin_with_compass(
     fixes: Fixes,
     alarms: list[str],
 ) -> Beginning:
-    """Return the beginning; its heading is the compass' if the motion determines none."""
+    """Return the start, with the compass' heading if the motion determines none."""
     first_alarms: list[str] = []
     compass = [channel for channel in channels if channel.kind == "heading"]
     try:
@@ -473,7 +474,7 @@ def _begin_with_compass(
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """A navigation that has begun: the filter, the outages, the smoother."""
+    """A started navigation: the filter, the outages, the smoother."""
 
     beginning: Beginning
     fixes: Fixes
@@ -486,7 +487,7 @@ class _Run:
     alarms: list[str] = field(default_factory=list)
 
     def run(self, progress: Progress) -> Navigation:
-        """Return the track, and errors in outages if lengths were given."""
+        """Return the track, and errors in outages if requested."""
         beginning = self.beginning
         nav = beginning.filter(**self.options)
         inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}
@@ -516,7 +517,7 @@ class _Run:
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 
     def _judge_aids(self, nav: NavigationFilter, inputs: dict[str, Any]) -> AidInputs:
-        """Return the aids after a check against the track without them."""
+        """Return the aids after a comparison with the track without aids."""
         if not self.channels and not self.mag:
             return AidInputs()
         recording = self.beginning.recording
@@ -598,7 +599,7 @@ def _load_noise_models(
 
 
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
-    """Return the noise model in a file; of several axes, the worst one of the quantity."""
+    """Return the noise model in a file; of several axes, the worst for this quantity."""
     text = read_regular_text(path)
     if (model := _read_kalibr(text, quantity)) is not None:
         return model
@@ -623,9 +624,9 @@ def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
 
 
 def _read_kalibr(text: str, quantity: str) -> NoiseModel | None:
-    """Return the noise model of a sensor in an ``imu.yaml`` of Kalibr; None if there is none.
+    """Return a sensor's noise model from an ``imu.yaml`` of Kalibr; None if it has none.
 
-    The file has continuous-time densities; all other coefficients are unknown.
+    The file contains continuous-time densities; all other coefficients are unknown.
     """
     of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
     sensor = "accelerometer" if of == "acceleration" else "gyroscope"

@@ -26,7 +26,7 @@ from zerorate.tasks.source import (
 Path_: TypeAlias = str | os.PathLike[str]
 
 _FINDING_CHECKS: Final = (DEAD, AXES, CLIPPED)
-"""Checks that the findings take themselves: of every IMU, with numbers and spans."""
+"""Checks that the findings include for every IMU, with values and time spans."""
 
 
 @overload
@@ -66,9 +66,9 @@ def report(
 ) -> Report | BeforeAfter:
     """Report on the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
-    Each finding states an observation, never its cause, with a number, its standard error if known,
-    the time span of its data, and advice for the next recording. Severities come from
-    ``zerorate.findings.LIMITS``. ``zerorate report`` does the same.
+    Each finding states an observation, never its cause. It has a value, its standard error if
+    known, the time span of its data, and advice for the next recording.
+    ``zerorate.findings.LIMITS`` determine the severities. ``zerorate report`` does the same.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def report(
     after : Recording, path, data frame or mapping of arrays, optional
         A later recording of the same device, to compare with.
     fixes : Fixes or path, optional
-        Fixes of a receiver on the same body; by default those in the recording, if any.
+        Fixes of a receiver on the same body. Default: fixes in the recording, if any.
     progress : callable, optional
         Called with the name of the section and the fraction done.
     **reading
@@ -86,7 +86,7 @@ def report(
     Returns
     -------
     Report or BeforeAfter
-        The findings; for two recordings the new, gone, worse, better and changed findings.
+        Findings. For two recordings: the new, gone, worse, better and changed findings.
 
     Raises
     ------

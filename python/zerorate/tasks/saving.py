@@ -1,4 +1,4 @@
-"""Files of a result: named after its log, written together, all or none.
+"""Files of a result, named after its log; all are written, or none.
 
 `save` writes the same files as the corresponding command with ``-o``.
 """
@@ -24,13 +24,13 @@ from zerorate.texts import describe_missing_extra
 from zerorate.views import FigureError, is_undrawn, report_figure_faults, save_figure
 
 Writer: TypeAlias = Callable[[Path], object]
-"""Writes a file of this name."""
+"""Function that writes a file with this path."""
 
 LOG_FORMATS: Final = ("parquet", "csv", "npz", "mcap", "gcsv")
-"""Formats of a log that a result becomes, by their suffixes; the first is the usual one."""
+"""Formats of a log, by suffix; the first is the default."""
 
 FIGURE_FORMATS: Final = ("png", "svg", "pdf")
-"""Formats of a figure; the first is the usual one."""
+"""Formats of a figure; the first is the default."""
 
 _OTHER_SUFFIXES: Final = (
     *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
@@ -39,7 +39,7 @@ _OTHER_SUFFIXES: Final = (
 
 
 class SavableResult(Protocol):
-    """Result that can be saved: it has the name of its recording."""
+    """Result that can be saved; it needs the name of its recording."""
 
     @property
     def source(self) -> str:
@@ -58,14 +58,14 @@ class Files(NamedTuple):
     data : sequence of Writer
         Writers of the first file and of the others.
     others : sequence of str
-        Endings of the other files' names, with suffixes; an ending with a final dot is a log in the
+        Endings of the other files' names, with suffixes. An ending with a final dot is a log in the
         format of the first file.
     figures : mapping of str to Writer
-        Writers of the figures, by the ending of their names before the suffix.
+        Writers of the figures, by the ending of the name before the suffix.
     stem : str
-        Beginning of the names; "" for the name of the source.
+        Beginning of the file names; "" for the name of the source.
     formats : sequence of str
-        Suffixes of the possible formats of the first file, if it can be chosen; the default first.
+        Suffixes of the possible formats of the first file; the first is the default.
     """
 
     ending: str
@@ -77,7 +77,7 @@ class Files(NamedTuple):
     formats: Sequence[str] = LOG_FORMATS
 
     def in_format(self, format: str) -> Files:
-        """Return the files with this format for the logs."""
+        """Return the files with this format for all logs."""
         ends = [f"{end}{format}" if end.endswith(".") else end for end in self.others]
         return self._replace(others=ends)
 
@@ -100,7 +100,7 @@ _FILES: Final[dict[str, str]] = {
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
     "tasks.replay.result.Replay": "zerorate.tasks.replay.task:files_of",
 }
-"""The function that says what a result is saved as, by the result's class."""
+"""Names of the functions that return a result's files, by the class of the result."""
 
 
 def files_of(result: object, **choices: object) -> Files:
@@ -143,7 +143,7 @@ def save(
 
 
 def _possible_suffixes(files: Files) -> list[str]:
-    """Return the suffixes of the files that a result may be saved as, without dots."""
+    """Return the possible suffixes of a result's files, without dots."""
     first = files.formats if not files.first else (files.first[1:],)
     others = (ending.rpartition(".")[2] for ending in files.others)
     return [*first, *filter(None, others), *FIGURE_FORMATS]
@@ -151,7 +151,7 @@ def _possible_suffixes(files: Files) -> list[str]:
 
 @dataclass(frozen=True)
 class Destination:
-    """Destination of a result's files, whose names differ only in their endings.
+    """Destination of a result's files; their names differ only in their endings.
 
     Attributes
     ----------
@@ -166,14 +166,14 @@ class Destination:
 
     @classmethod
     def of(cls, output: str, default_name: str, suffixes: Iterable[str]) -> Self:
-        """Return the destination.
+        """Return the destination for an output option.
 
-        A path is a folder if it exists as one, ends with a slash, or has no suffix of a file.
+        An output is a folder if it exists as a folder, ends with a slash, or has no file suffix.
 
         Parameters
         ----------
         output : str
-            The folder, or the name of one of the files.
+            Folder, or name of one file.
         default_name : str
             Name of the files in a folder.
         suffixes : iterable of str
@@ -182,7 +182,7 @@ class Destination:
         Raises
         ------
         ValueError
-            If a file with another suffix is named.
+            If a named file has another suffix.
         """
         path, allowed = Path(output), list(suffixes)
         suffix = path.suffix.lower().removeprefix(".")
@@ -200,7 +200,7 @@ class Destination:
         return cls(path.with_suffix(""), suffix)
 
     def choose(self, option: str, requested: str | None, formats: Sequence[str]) -> str:
-        """Return the format from the named file, from the option, or the default."""
+        """Return the format from the named file, else from the option, else the default."""
         by_name = self.named_suffix if self.named_suffix in formats else None
         if requested is not None and by_name not in (None, requested):
             raise ValueError(
@@ -214,7 +214,7 @@ class Destination:
         return by_name or requested or formats[0]
 
     def of_part(self, ending: str) -> Self:
-        """Return the destination for a part of the log, with this ending of the names."""
+        """Return the destination for a part of the log; `ending` is added to the names."""
         return replace(self, base=self.file(ending))
 
     def files(
@@ -234,7 +234,7 @@ _OUTPUT: Final = keyword_argument("destination", "", "output")
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files of a result: the first, others, and figures; all or none are written.
+    """Files of a result: the first, others, and figures. Either all or none are written.
 
     Attributes
     ----------
@@ -260,13 +260,13 @@ class Outputs:
 
     @property
     def written(self) -> list[Path]:
-        """The files without figures that could not be drawn."""
+        """Files to write, without figures that could not be drawn."""
         return [path for path in self.paths if not is_undrawn(path)]
 
     def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
-        """Write the files of a result and return the paths; see `write`.
+        """Write the files of a result and return their paths; see `write`.
 
-        Files that the result lacks, such as exports of doubtful numbers, are not written.
+        Files that the result does not have, such as exports of doubtful numbers, are not written.
         """
         present = tuple(
             ending for ending in self.others if str(ending).endswith(tuple(files.others))
@@ -303,7 +303,7 @@ class Outputs:
             If a figure cannot be drawn; all other files are written.
         """
         draws = [draw] if callable(draw) else draw
-        # Figures get their names after the data, without which none of them appears.
+        # Figures are renamed after the data: without data, no figure appears.
         with ThreadPoolExecutor(1) as executor, ExitStack() as drawn:
             data = executor.submit(self._write_data, writers)
             faults = []
@@ -315,7 +315,7 @@ class Outputs:
                         drawn.push(one.pop_all())
                 except (ImportError, FileExistsError):
                     raise
-                except Exception as error:  # a missing figure must not cost the data
+                except Exception as error:  # the data are kept if a figure fails
                     faults.append(FigureError(path, error))
             progress("writing", 0.9)
             data.result()
@@ -339,7 +339,7 @@ def check_paths(
     force : bool
         Replace existing files.
     log, *read : Path, optional
-        Files that are read, and therefore must not be replaced.
+        Files that are also read and must not be replaced.
 
     Raises
     ------
@@ -362,7 +362,7 @@ def check_paths(
 
 
 def _is_same_file(path: Path, source: Path | None) -> bool:
-    """Return True if a file to be written is also read, perhaps by another name."""
+    """Return True if a file to write is also read, possibly by another name."""
     return source is not None and path.exists() and source.exists() and path.samefile(source)
 
 
@@ -374,10 +374,10 @@ def make_folders(paths: Iterable[Path]) -> None:
 
 @contextmanager
 def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
-    """Yield temporary paths; rename them to the files once all are written."""
+    """Yield temporary paths; rename them to the files when all are written."""
     make_folders(paths)
     with ExitStack() as stack:
-        # Left in reverse order, so the first file is the last to appear.
+        # Exit in reverse order, so the first file appears last.
         yield [stack.enter_context(atomic_path(path, force)) for path in paths]
 
 

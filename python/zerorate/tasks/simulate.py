@@ -1,4 +1,4 @@
-"""Simulated logs as the commands write them: a gyro at rest with its drift, an IMU to calibrate."""
+"""Simulated logs of the commands: a gyro at rest with its drift, or an IMU to calibrate."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from zerorate.types import Floats
 from zerorate.units import convert
 
 DURATION_S: Final = 600.0
-"""Length of a simulated log, if none is given."""
+"""Default length of a simulated log, s."""
 
 GYRO_FORMATS: Final = (".csv", ".tsv", ".npz", ".parquet")
-"""Suffixes of the log of a gyro."""
+"""Suffixes for the log of a gyro."""
 
 SESSION_FORMATS: Final = (".csv", ".tsv", ".parquet")
-"""Suffixes of the log of an IMU: formats that hold a gyro with other sensors."""
+"""Suffixes for the log of an IMU; other formats cannot contain a gyro with other sensors."""
 
 _AXES: Final = ("x", "y", "z")
 _SESSION_DEVICE: Final = "MPU-6050"
 _BIAS_BY_TEMPERATURE_DEG_S: Final = ((0.2, -0.1, 0.15), (0.02, 0.01, -0.01))
-"""Bias of each axis by 10 K from 25 degC and by their square."""
+"""Bias of each axis, deg/s per 10 K from 25 degC, and per square of this."""
 
 
 def simulated_gyro(
@@ -52,7 +52,7 @@ def simulated_gyro(
     duration : float, optional
         Length, s; default `DURATION_S`.
     seed : int
-        Not negative. The same arguments give the same signal.
+        Seed, not negative. The same arguments give the same signal.
     axes : int, optional
         Number of axes; default 3.
     low_pass : LowPass, optional
@@ -88,10 +88,10 @@ def simulated_session(
     seed: int,
     temperature: tuple[float, float] | None = None,
 ) -> SimulatedSession:
-    """Return an IMU held still in some poses; its bias varies with its temperature.
+    """Return an IMU that is static in several poses, with a bias that depends on temperature.
 
-    Default device of the gyro: MPU-6050. The temperature goes from the first to the second number,
-    degC. Raises ValueError for an unknown device, or a number out of range.
+    The default gyro is the MPU-6050. The temperature changes from the first to the second number,
+    degC. Raises ValueError for an unknown device or a number out of range.
     """
     by_temperature = () if temperature is None else np.radians(_BIAS_BY_TEMPERATURE_DEG_S)
     noise = find_device(device or _SESSION_DEVICE)

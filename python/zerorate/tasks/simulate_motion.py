@@ -18,11 +18,11 @@ from zerorate.simulation.motion import simulate_motion
 from zerorate.simulation.walk import simulate_walk
 
 MOTIONS: Final = {"hand": 60.0, "drive": 240.0, "walk": 46.0}
-"""Motions, and the usual length of each, s."""
+"""Motions and their default lengths, s."""
 
 _STRIDE_S: Final = 1.05
 _STANDING_S: Final = 4.0
-"""Seconds of a stride, and before and after all strides, of `zerorate.simulate_walk`."""
+"""Duration of a stride of `zerorate.simulate_walk`, s, and of standing before and after."""
 _WALK_TURN_RAD: Final = 0.1
 _FIXES_COLUMNS: Final = (
     "time_s,latitude_deg,longitude_deg,height_m,"
@@ -44,16 +44,16 @@ def simulated_motion(
     Parameters
     ----------
     kind : {"hand", "drive", "walk"}
-        "hand": an IMU with a magnetometer, turned by hand, with its true orientation as a
-        reference. "drive": IMU and receiver of a car. "walk": an IMU on a foot.
+        "hand": an IMU with a magnetometer, rotated by hand, with its true orientation as reference.
+        "drive": IMU and receiver of a car. "walk": an IMU on a foot.
     rate : float
         Samples per second, Hz.
     duration : float, optional
-        Length, s; default as in `MOTIONS`. A walk has whole strides.
+        Length, s; default in `MOTIONS`. A walk consists of complete strides.
     seed : int
-        Not negative. The same arguments give the same samples.
+        Seed, not negative. The same arguments give the same samples.
     magnet : sequence of float
-        For "hand": start and end of the time with a magnet nearby, s.
+        For "hand": start and end of the interval with a magnet nearby, s.
     iron : sequence of float
         For "hand": hard iron of the magnetometer, uT.
 
@@ -84,7 +84,7 @@ def simulated_motion(
 
 
 def write_motion(recording: Recording, fixes: Fixes | None, log: Path, *fixes_path: Path) -> None:
-    """Write the sensors of a recording into one table, and fixes, if any, into another."""
+    """Write the sensors of a recording into one table, and the fixes, if any, into another."""
     gyro, *others = recording.values()
     extra = {n: x for one in others for n, x in zip(one.names, one.data.T, strict=True)}
     write_log(replace(gyro, extra=extra), log)

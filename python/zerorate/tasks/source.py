@@ -1,4 +1,4 @@
-"""Sources of a task: a recording, its path, a data frame or arrays, treated the same."""
+"""Sources of a task: a recording, the path of a file, a data frame or arrays."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Source: TypeAlias = Recording | Log | LogSource
 
 
 class UnscaledArguments(TypedDict, total=False):
-    """Arguments of `zerorate.read_recording` that every task passes on to read its sources."""
+    """Arguments of `zerorate.read_recording` that every task accepts for its sources."""
 
     rate: float | None
     columns: Columns | Mapping[str, Columns]
@@ -39,7 +39,7 @@ class UnscaledArguments(TypedDict, total=False):
 
 
 class ReadingArguments(UnscaledArguments, total=False):
-    """`UnscaledArguments`, and the factor of raw counts."""
+    """`UnscaledArguments`, with the factor of raw counts."""
 
     scale: Scale
 
@@ -47,14 +47,14 @@ class ReadingArguments(UnscaledArguments, total=False):
 def split_options(
     options: Mapping[str, Any], table: Mapping[str, object], taken: Iterable[str] = ()
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Split options into arguments of reading and options in a filter's table.
+    """Split options into arguments for reading and options in a filter's table.
 
     `taken` are further arguments of the task, for the error on an unknown one.
 
     Raises
     ------
     TypeError
-        If an option is neither.
+        If an option is in neither group.
     """
     known = ReadingArguments.__optional_keys__
     unknown = [name for name in options if name not in known and name not in table]
@@ -82,8 +82,8 @@ def recording_of(
         Source argument of the task.
     reading : mapping
         Arguments of `zerorate.read_recording`, only for a source that is read.
-    **further
-        More such arguments, set by the task itself.
+    **extra
+        Further arguments of this kind, set by the task.
 
     Raises
     ------
@@ -122,12 +122,12 @@ def one_imu_of(
     source, reading, **extra
         As in `recording_of`; ``sensor`` chooses an IMU.
     *chosen : str, optional
-        Names of logs, which also choose the IMU.
+        Names of logs, which also select the IMU.
 
     Raises
     ------
     LogError
-        If there are several IMUs and none is chosen: the message lists their names.
+        If there are several IMUs and none is selected. The message lists their names.
     """
     recording = recording_of(source, reading, **extra)
     is_chosen = any(reading.get(name) is not None for name in ("sensor", "columns", "topic"))
@@ -164,7 +164,7 @@ def units_of_sensors(
 
 
 def stem_of(source: str) -> str:
-    """Return the beginning of the file names for the results of a source.
+    """Return the beginning of the file names of a source's results.
 
     Examples
     --------
@@ -176,7 +176,7 @@ def stem_of(source: str) -> str:
 
 
 def sensor_ending(sensor: str | None) -> str:
-    """Return the addition of the chosen sensor to the names of files.
+    """Return the addition to file names for the chosen sensor.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def sensor_ending(sensor: str | None) -> str:
 
 
 def unique_stems(sources: Sequence[str]) -> list[str]:
-    """Return the stem of each source's files; ValueError if two are the same.
+    """Return the stem of each source's files, all different; ValueError for equal sources.
 
     Examples
     --------

@@ -10,9 +10,9 @@ __all__ = ["Trace"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trace(Result):
-    """State of a filter after each of n samples; with k channels every array has a second axis k.
+    """State of a filter after each of n samples; k channels add a second axis to every array.
 
-    For "auto" the state is only the drift, so p + 1 and p + q + 1 below are 1.
+    For "auto" the state is the drift alone: p + 1 and p + q + 1 below are then 1.
 
     Examples
     --------
@@ -24,36 +24,35 @@ class Trace(Result):
     """
 
     estimate: Floats
-    """Estimate of the filter, in the unit of the samples; of "auto" the bias: (n,)."""
+    """Estimate of the filter, (n,), in the unit of the samples; for "auto" the bias."""
     innovation: Floats
-    """Sample minus prediction; zero where the sample is missing: (n,)."""
+    """Sample minus prediction, (n,); zero if the sample is missing."""
     innovation_variance: Floats
-    """Variance S that the filter expected of the innovation: (n,)."""
+    """Variance S expected for the innovation, (n,)."""
     gain: Floats
-    """Kalman gain; zero where the sample is missing: (n, p + 1)."""
+    """Kalman gain, (n, p + 1); zero if the sample is missing."""
     measurement_noise: Floats
-    """Variance R: (n,)."""
+    """Variance R of the measurement noise, (n,)."""
     process_noise: Floats
-    """Covariance G: (n, p + 1, p + 1)."""
+    """Covariance G of the process noise, (n, p + 1, p + 1)."""
     coefficients: Floats
-    """Model [φ…, θ…, c]: (n, p + q + 1)."""
+    """ARMA model [φ…, θ…, c], (n, p + q + 1)."""
     covariance: Floats
-    """State covariance P: (n, p + 1, p + 1)."""
+    """Covariance P of the state, (n, p + 1, p + 1)."""
     missing: Booleans
-    """The sample was not finite: (n,)."""
+    """True if the sample was not finite, (n,)."""
     guarded: Booleans
-    """The step of the process noise was shortened to keep it positive semidefinite; of "robust":
-    the sample counted as an outlier: (n,)."""
+    """True if the process noise was limited, or if "robust" found an outlier, (n,)."""
     bias: Floats
-    """Bias learned at rest and held in motion, in the unit of the samples: (n,)."""
+    """Bias learned at rest and held in motion, (n,), in the unit of the samples."""
     bias_sigma: Floats
-    """Its standard deviation as the filter sees it: (n,)."""
+    """Standard deviation of the bias by the filter, (n,)."""
     at_rest: Booleans
-    """The filter learned; always true with ``motion="ignore"``: (n,)."""
+    """True if the filter learned, (n,); always with ``motion="ignore"``."""
     saturated: Booleans
-    """The sample was at or beyond ``limit``: (n,)."""
+    """True if the sample was at or beyond ``limit``, (n,)."""
     stuck: Booleans
-    """The sensor gives the same sample for longer than chance does: (n,)."""
+    """True if the sensor repeated one value for longer than by chance, (n,)."""
 
     def __len__(self) -> int:
         """Return the number of samples."""

@@ -39,33 +39,33 @@ def walk(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> FootTrack:
-    """Find the track of a sensor on a foot, without a receiver, from the stances of the foot.
+    """Find the track of a sensor on a foot from the stances of the foot, without a receiver.
 
     The recording is checked and corrected first. ``zerorate walk`` does the same.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro and an accelerometer of three axes.
+        Recording with a gyro and an accelerometer of three axes.
     floor : {None, "level"}
-        "level": stances within 0.1 m of the current floor are moved onto it; see
+        "level": move stances within 0.1 m of the current floor onto it; see
         `zerorate.FootNavigation`.
     smooth : bool
         Use the whole recording for each sample, including later samples.
     at : array_like, shape (2,), optional
-        Latitude and longitude of the start, deg. With it the track is also saved for maps.
+        Latitude and longitude of the start, deg. With them the track is also saved for maps.
     heading, height : float, optional
-        With `at`: initial direction of the sensor's first axis, rad from north over east, and
-        height of the start, m. Default 0.
+        Only with `at`. Direction of the sensor's first axis at the start, rad from north over east,
+        and height of the start, m. Default 0.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
-        Treatment of clipped rates. "auto" and "restore": restore them from their flanks, with less
-        weight. "leave": do not change them.
+        Treatment of clipped rates. "auto" and "restore": restore them from their flanks, and reduce
+        their weight. "leave": do not change them.
     assume_foot : bool
-        Navigate even if the motion is not that of a foot.
+        Navigate even if the motion is not a foot's motion.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -79,7 +79,7 @@ def walk(
     Raises
     ------
     LogError
-        If a sensor is missing, gravity is absent, or the motion is not that of a foot. The notes of
+        If a sensor is missing, gravity is absent, or the motion is not a foot's motion. Notes of
         the error list contradictions in the recording.
     ValueError
         If an argument is out of range.
@@ -94,7 +94,7 @@ def walk(
     """
     report = choose_reporter(progress)
     origin = _parse_origin(at, heading, height)
-    # It restores rates itself: only so does it know which of them to trust less.
+    # The navigation restores rates itself, because restored rates get less weight.
     nav = FootNavigation(floor=floor, restore=clipped != "leave", assume_foot=assume_foot)
     correct = correction_of(calibration)
     report("reading", 0.0)
@@ -134,7 +134,7 @@ def _parse_origin(
 
 
 def files_of(track: FootTrack) -> Files:
-    """Return the files of a walk: log and figure, and maps if its start is known."""
+    """Return the files of a walk: log, figure, and maps if the start is known."""
     writers: list[Writer] = [lambda path: write_log(track.to_log(), path)]
     endings: list[str] = []
     if track.origin is not None:

@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 _MAX_THREADS: Final = 16
 _MAX_PENDING_ITEMS: Final = 6
-"""Items on their way to a step: more than the blocks that are written together."""
+"""Largest number of items waiting for a step; more than the blocks written together."""
 _THREAD_VARIABLES: Final = (
     "RAYON_NUM_THREADS",
     "OMP_NUM_THREADS",
@@ -25,7 +25,7 @@ _thread_limit: ContextVar[int | None] = ContextVar("threads of a replay", defaul
 
 @contextmanager
 def limit_threads(count: int) -> Iterator[None]:
-    """Limit the threads of `thread_pool`, for many logs that share the cores."""
+    """Limit the threads of `thread_pool`, if many logs share the cores."""
     before = _thread_limit.set(count)
     try:
         yield
@@ -40,9 +40,9 @@ def thread_count() -> int:
 
 @contextmanager
 def thread_pool() -> Iterator[ThreadPoolExecutor]:
-    """Yield a pool with one thread per core; an interrupt drops work not yet begun.
+    """Yield a pool with one thread per core; an interrupt drops jobs that have not started.
 
-    Only work that releases the interpreter lock runs faster.
+    Only code that releases the interpreter lock runs faster.
     """
     executor = ThreadPoolExecutor(thread_count())
     try:
@@ -51,13 +51,12 @@ def thread_pool() -> Iterator[ThreadPoolExecutor]:
         executor.shutdown(cancel_futures=True)
 
 
-# A step of a pipeline is a job of a pool, and whoever needs its result waits for that job alone: an
-# error of a step is raised where its result is asked for, and there is no queue that could stay
-# full or empty.
+# Each step of a pipeline is a job in a pool, and its consumer waits only for this job. Errors of a
+# step are raised where its result is read, and no queue can stay full or empty.
 
 
 def prefetch(items: Iterator[T]) -> Generator[T]:
-    """Yield the items, while another thread makes the next one."""
+    """Yield the items while another thread makes the next item."""
     if thread_count() == 1:
         yield from items
         return
@@ -70,9 +69,10 @@ def prefetch(items: Iterator[T]) -> Generator[T]:
 
 
 class BackgroundStep(Generic[T]):
-    """A step that processes items one after the other in another thread.
+    """Step that processes items one after the other in another thread.
 
-    On exit without an error it has processed all items; on an error it drops items not yet begun.
+    On normal exit all items have been processed. On an error, items that have not started are
+    dropped.
     """
 
     def __init__(self, take: Callable[[T], None]) -> None:
@@ -85,7 +85,7 @@ class BackgroundStep(Generic[T]):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Wait for the running work, and raise its error unless there is one already."""
+        """Wait for the running job; raise its error unless another error is active."""
         try:
             while kind is None and self._jobs:
                 self._jobs.popleft().result()
@@ -94,7 +94,7 @@ class BackgroundStep(Generic[T]):
                 self._executor.shutdown(cancel_futures=True)
 
     def put(self, item: T) -> None:
-        """Pass an item to the thread; wait while too many items are pending."""
+        """Pass an item to the thread; wait if too many items are waiting."""
         if self._executor is None:
             self._take(item)
             return
@@ -105,9 +105,9 @@ class BackgroundStep(Generic[T]):
 
 @contextmanager
 def force_single_thread() -> Iterator[None]:
-    """Start worker processes here with one thread each, to leave cores for other logs.
+    """Start worker processes with one thread each, to leave cores for other logs.
 
-    Libraries size their thread pools from the environment when they are loaded.
+    Libraries read the size of their thread pools from the environment when they are loaded.
     """
     before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))

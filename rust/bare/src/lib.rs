@@ -1,6 +1,6 @@
-//! The filters in a library for firmware. That it builds is the proof that they need neither `std`
-//! nor an allocator: `std` would bring a second panic handler, and an allocation would ask for an
-//! allocator, which nobody provides.
+//! The filters in a library for firmware. Its build proves that they need neither `std` nor an
+//! allocator: `std` would add a second panic handler, and an allocation would need an allocator,
+//! which is not provided.
 
 #![no_std]
 
@@ -11,14 +11,14 @@ use zerorate_core::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, Error, Params, RestGated, Stream,
 };
 
-/// The filter that tunes itself, and a published one.
+/// The filter that tunes itself, and a published filter.
 #[derive(Debug)]
 pub struct Axis {
     auto: AutoFilter<f32>,
     published: RestGated<f32, 3, 4>,
 }
 
-/// An axis that has seen nothing.
+/// Filters of an axis before its first sample.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a rate out of range.
@@ -37,19 +37,19 @@ pub fn step(axis: &mut Axis, z: f32) -> [f32; 2] {
     [axis.auto.update(z), axis.published.update(z)]
 }
 
-/// Saves the filter that tunes itself; answers the bytes used.
+/// Saves the filter that tunes itself; returns the number of bytes.
 ///
 /// # Errors
-/// [`Error::Buffer`] if they are too few.
+/// [`Error::Buffer`] if the buffer is too small.
 #[unsafe(no_mangle)]
 pub fn save(axis: &Axis, buffer: &mut [u8]) -> Result<usize, Error> {
     checkpoint::write(&axis.auto, buffer).map(|saved| saved.len())
 }
 
-/// Goes on with what [`save`] wrote.
+/// Restores the filter from the bytes of [`save`].
 ///
 /// # Errors
-/// Every variant of [`Error`] that speaks of a checkpoint.
+/// Every variant of [`Error`] on checkpoints.
 #[unsafe(no_mangle)]
 pub fn restore(axis: &mut Axis, saved: &[u8]) -> Result<(), Error> {
     axis.auto = checkpoint::read(saved)?;

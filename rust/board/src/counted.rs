@@ -1,12 +1,12 @@
-//! Filters to be counted on a board, from C: what a sample costs, and how far `f32` is from `f64`.
+//! Filters for measurements on a board, from C: time per sample, and distance of `f32` from `f64`.
 #![allow(unsafe_code)] // A name that C finds is called unsafe; nothing else here is.
 
 use zerorate_core::attitude::{Attitude, AttitudeParams, Auto, AutoOptions, Frame, Sample};
 use zerorate_core::{AutoFilter, AutoParams, Stream};
 
-/// Runs a filter over so many samples of noise, its own each, and answers a number that depends on
-/// all of them: 0 the noise alone, 1 the drift filter of `f64` and 2 of `f32`, 3 an attitude of six
-/// axes and 4 of nine; else NaN.
+/// Runs a filter over `samples` samples of its own noise and returns a number that depends on all
+/// of them. Filter 0 is the noise alone, 1 the drift filter of `f64`, 2 of `f32`, 3 an attitude of
+/// six axes, 4 of nine; NaN for other numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_run(which: u32, samples: u32) -> f64 {
     let mut noise = Noise(7);

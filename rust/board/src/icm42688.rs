@@ -1,9 +1,9 @@
-//! The driver of a TDK InvenSense ICM-42688-P on SPI, after its data sheet DS-000347.
+//! Driver of a TDK InvenSense ICM-42688-P on SPI, after its data sheet DS-000347.
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::{Operation, SpiDevice};
 
-/// Set in the address of a register that is read.
+/// Bit in the address of a register that is read.
 const READ: u8 = 0x80;
 
 const DEVICE_CONFIG: u8 = 0x11;
@@ -15,21 +15,21 @@ const WHO_AM_I: u8 = 0x75;
 
 const IDENTITY: u8 = 0x47;
 const RESET: u8 = 0x01;
-/// Gyro and accelerometer in their mode of low noise.
+/// Low-noise mode of gyro and accelerometer.
 const LOW_NOISE: u8 = 0x0F;
-/// 200 samples per second; with it, 2000 deg/s and 16 g.
+/// Setting for 200 samples per second; combined with 2000 deg/s and 16 g.
 const RATE_200: u8 = 0x07;
 
-/// deg/s and g a count.
+/// deg/s and g per count.
 const DEGREES: f32 = 2000.0 / 32768.0;
 const GRAVITIES: f32 = 16.0 / 32768.0;
 /// Value of a register without a sample.
 const INVALID: i16 = i16::MIN;
 
-/// Fault between a board and its sensor.
+/// Fault of a board and its sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault<E> {
-    /// The SPI says so.
+    /// Error of the SPI.
     Spi(E),
     /// Another device answers, with this identity.
     Identity(u8),
@@ -43,25 +43,25 @@ impl<E> From<E> for Fault<E> {
     }
 }
 
-/// Sample of the sensor; NaN where it has nothing.
+/// Sample of the sensor; NaN for missing values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// deg/s about x, y, z.
+    /// Angular rate about x, y, z, deg/s.
     pub gyro: [f32; 3],
-    /// g along x, y, z.
+    /// Specific force along x, y, z, g.
     pub accel: [f32; 3],
-    /// degC.
+    /// Temperature, degC.
     pub temperature: f32,
 }
 
-/// The sensor, at 200 samples per second within 2000 deg/s and 16 g.
+/// The sensor, at 200 samples per second, 2000 deg/s and 16 g.
 #[derive(Debug)]
 pub struct Icm42688<S> {
     spi: S,
 }
 
 impl<S: SpiDevice> Icm42688<S> {
-    /// Resets the sensor, looks whether it is one, and starts it.
+    /// Resets the sensor, checks its identity, and starts it.
     ///
     /// # Errors
     /// [`Fault::Identity`] if it is another device, [`Fault::Spi`] if the bus fails.
@@ -76,15 +76,15 @@ impl<S: SpiDevice> Icm42688<S> {
         sensor.write(GYRO_CONFIG0, RATE_200)?;
         sensor.write(ACCEL_CONFIG0, RATE_200)?;
         sensor.write(PWR_MGMT0, LOW_NOISE)?;
-        // Nothing may be written for 200 us, and the gyro takes 30 ms to start.
+        // Nothing may be written for 200 us; the gyro takes 30 ms to start.
         delay.delay_ms(45);
         Ok(sensor)
     }
 
-    /// The last sample.
+    /// Reads the last sample.
     ///
     /// # Errors
-    /// That of the bus.
+    /// The error of the bus.
     pub fn sample(&mut self) -> Result<Sample, S::Error> {
         let raw = self.read::<14>(TEMP_DATA1)?;
         let count = |i: usize| i16::from_be_bytes([raw[2 * i], raw[2 * i + 1]]);

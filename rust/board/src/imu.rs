@@ -6,11 +6,11 @@ use zerorate_core::{AutoFilter, AutoParams, RestLimits, Stream};
 
 use crate::icm42688::{Fault, Icm42688};
 
-/// deg/s: deviation of samples above which nothing rests, and a level that no bias of it has.
+/// Largest standard deviation of samples at rest, and largest bias, deg/s.
 const REST: f64 = 10.0;
 const BIAS: f64 = 20.0;
 
-/// A gyro whose bias is learned at rest and taken off.
+/// A gyro whose bias is learned at rest and subtracted.
 #[derive(Debug)]
 pub struct Imu<S> {
     sensor: Icm42688<S>,
@@ -18,7 +18,7 @@ pub struct Imu<S> {
 }
 
 impl<S: SpiDevice> Imu<S> {
-    /// Starts the sensor. `rate` is how often [`Imu::rate`] will be called in a second.
+    /// Starts the sensor. `rate` is the number of calls of [`Imu::rate`] per second.
     ///
     /// # Errors
     /// See [`Fault`].
@@ -30,10 +30,10 @@ impl<S: SpiDevice> Imu<S> {
         Ok(Self { sensor, drift })
     }
 
-    /// The next sample of the gyro without its bias, deg/s.
+    /// Reads the next sample of the gyro and returns it without its bias, deg/s.
     ///
     /// # Errors
-    /// That of the bus; the filters then count a missing sample.
+    /// The error of the bus; the filters then count a missing sample.
     pub fn rate(&mut self) -> Result<[f32; 3], S::Error> {
         let sample = self.sensor.sample();
         let gyro = sample.as_ref().map_or([f32::NAN; 3], |sample| sample.gyro);
@@ -44,7 +44,7 @@ impl<S: SpiDevice> Imu<S> {
         sample.map(|_| rate)
     }
 
-    /// The bias of each axis and its standard deviation, deg/s.
+    /// Bias of each axis and its standard deviation, deg/s.
     pub fn bias(&self) -> [[f32; 2]; 3] {
         self.drift.map(|filter| [filter.bias(), filter.bias_sigma()])
     }
@@ -59,7 +59,7 @@ mod tests {
 
     use super::*;
 
-    /// A sensor that rests, with a bias of 20, -30 and 5 counts and noise of some counts.
+    /// A resting sensor, with a bias of 20, -30 and 5 counts and noise of some counts.
     struct Resting {
         written: Vec<[u8; 2]>,
         seed: u32,

@@ -1,5 +1,5 @@
-//! A sensor on a board: an ICM-42688-P behind any SPI of `embedded-hal`, and a drift filter of `f32`
-//! for each axis of its gyro. Neither `std` nor an allocator is needed.
+//! A sensor on a board: an ICM-42688-P behind any SPI of `embedded-hal`, and a drift filter of
+//! `f32` for each axis of its gyro. Neither `std` nor an allocator is needed.
 //!
 //! ```ignore
 //! let mut imu = Imu::new(spi, &mut delay, 200.0)?; // spi: an embedded_hal::spi::SpiDevice

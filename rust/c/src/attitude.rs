@@ -1,4 +1,4 @@
-//! The attitude.
+//! Attitude.
 
 use core::ffi::{c_char, c_void};
 
@@ -8,9 +8,9 @@ use zerorate_core::{Error, Stream, checkpoint};
 use crate::code::{Text, answer, zr_code};
 use crate::memory;
 
-/// Bytes that are enough for a `zr_attitude`, to put one into static memory.
+/// Size of a static buffer for a `zr_attitude`, in bytes.
 pub const ZR_ATTITUDE_MEMORY: usize = 6144;
-/// Bytes that are enough for the checkpoint of one.
+/// Size of a buffer for the checkpoint of a `zr_attitude`, in bytes.
 pub const ZR_ATTITUDE_CHECKPOINT: usize = 5120;
 
 const _: () = assert!(size_of::<zr_attitude>() <= ZR_ATTITUDE_MEMORY);
@@ -27,7 +27,7 @@ pub enum zr_frame {
     ZR_NWU = 2,
 }
 
-/// Parameters of an attitude. Zero is the default of all but the rate.
+/// Parameters of an attitude. Zero selects the default of all parameters except the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_attitude_params {
@@ -35,19 +35,19 @@ pub struct zr_attitude_params {
     pub rate: f64,
     /// A `zr_frame`.
     pub frame: i32,
-    /// Not zero: there is a magnetometer. Without one the heading at the start is zero.
+    /// Not zero: there is a magnetometer. Without a magnetometer the initial heading is zero.
     pub mag: i32,
-    /// rad/s in a unit of the gyro; zero: one.
+    /// rad/s per unit of the gyro; zero: 1.
     pub gyro_unit: f64,
-    /// m/s² in a unit of the accelerometer; zero: one.
+    /// m/s² per unit of the accelerometer; zero: 1.
     pub accel_unit: f64,
-    /// The gyro's output without rotation, rad/s, where it is known.
+    /// Known output of the gyro without rotation, rad/s.
     pub bias: [f64; 3],
-    /// Its standard deviation, rad/s; zero: 1 deg/s.
+    /// Standard deviation of `bias`, rad/s; zero: 1 deg/s.
     pub bias_sigma: [f64; 3],
-    /// Largest bias that such a gyro has, rad/s; zero: 10 deg/s.
+    /// Largest possible bias of the gyro, rad/s; zero: 10 deg/s.
     pub bias_limit: f64,
-    /// Largest rate about an axis that the gyro measures, in its unit: beyond, it is missing; zero: unknown.
+    /// Range of the gyro about an axis, in its unit; a rate beyond it is missing; zero: unknown.
     pub gyro_range: f64,
 }
 
@@ -55,25 +55,25 @@ pub struct zr_attitude_params {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_attitude_status {
-    /// The first seconds are not over.
+    /// The first seconds.
     ZR_ATTITUDE_STARTING = 0,
-    /// The gyro has given nothing for more than 50 ms.
+    /// The gyro has had no sample for more than 50 ms.
     ZR_ATTITUDE_RATE_MISSING = 1,
-    /// Gravity at rest is wrong: the accelerometer's unit is not the stated one.
+    /// The force at rest is not gravity: the accelerometer's unit is wrong.
     ZR_ATTITUDE_WRONG_UNIT = 2,
-    /// The magnetic field is not the one known.
+    /// The magnetic field is not the known field.
     ZR_ATTITUDE_DISTURBED = 3,
     /// The sensor rests.
     ZR_ATTITUDE_AT_REST = 4,
     /// The sensor moves.
     ZR_ATTITUDE_MOVING = 5,
-    /// The gyro is at its range.
+    /// A rate is at the gyro's range.
     ZR_ATTITUDE_CLIPPED = 6,
-    /// Gravity turns in the sensor as if rates were in another unit.
+    /// Gravity turns in the sensor as if the rates had another unit.
     ZR_ATTITUDE_WRONG_RATE_UNIT = 7,
-    /// The magnetometer gives one value while the sensor turns.
+    /// The magnetometer repeats one value while the sensor turns.
     ZR_ATTITUDE_MAGNETOMETER_STUCK = 8,
-    /// At rest with a bias beyond `bias_limit`, or on a rate table.
+    /// The sensor rests with a bias beyond `bias_limit`, or is on a rate table.
     ZR_ATTITUDE_UNCLEAR = 9,
 }
 
@@ -98,21 +98,21 @@ impl zr_attitude_status {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct zr_attitude_state {
-    /// From the axes of the sensor to those of the earth, w, x, y, z.
+    /// Quaternion from the sensor's axes to the earth's axes: w, x, y, z.
     pub quaternion: [f64; 4],
-    /// Roll, pitch, yaw, rad.
+    /// Roll, pitch and yaw, rad.
     pub euler: [f64; 3],
     /// Direction of the sensor's x axis over ground, clockwise from north, rad.
     pub heading: f64,
-    /// Standard deviation of the angle between true and estimated up, rad.
+    /// Standard deviation of the angle between true and estimated vertical, rad.
     pub tilt_sigma: f64,
-    /// That of the heading, rad.
+    /// Standard deviation of the heading, rad.
     pub heading_sigma: f64,
-    /// The gyro's output without rotation, in its unit.
+    /// Output of the gyro without rotation, in its unit.
     pub bias: [f64; 3],
-    /// Its standard deviation.
+    /// Standard deviation of `bias`.
     pub bias_sigma: [f64; 3],
-    /// Specific force without gravity, in the axes and the unit of the accelerometer.
+    /// Specific force without gravity, in the accelerometer's axes and unit.
     pub linear_acceleration: [f64; 3],
     /// Samples to date, missing ones included.
     pub samples: u64,
@@ -120,7 +120,7 @@ pub struct zr_attitude_state {
     pub status: zr_attitude_status,
     /// True if the sensor rests.
     pub at_rest: bool,
-    /// True if the magnetic field is not the one known.
+    /// True if the magnetic field is not the known field.
     pub disturbed: bool,
 }
 
@@ -156,7 +156,7 @@ impl zr_attitude_params {
     }
 }
 
-/// A number, another one if it is zero.
+/// The number, or the default if it is zero.
 fn or(value: f64, usual: f64) -> f64 {
     if value == 0.0 { usual } else { value }
 }
@@ -188,13 +188,13 @@ pub extern "C" fn zr_attitude_size() -> usize {
     size_of::<zr_attitude>()
 }
 
-/// Returns at multiples of how many bytes a `zr_attitude` may lie.
+/// Returns the alignment of a `zr_attitude` in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_attitude_align() -> usize {
     align_of::<zr_attitude>()
 }
 
-/// Writes the fault of parameters, as `zr_drift_explain` does.
+/// Writes the error in the parameters as text, as `zr_drift_explain` does.
 ///
 /// # Safety
 /// `params` is null or valid; `text` has room for `size` bytes.
@@ -204,7 +204,7 @@ pub unsafe extern "C" fn zr_attitude_explain(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let (Ok(params), Ok(text)) =
         (unsafe { memory::shared(params) }, unsafe { memory::bytes_mut(text.cast(), size) })
     else {
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn zr_attitude_explain(
     params.attitude().err().map_or(0, |error| Text::explain(&error, text))
 }
 
-/// Makes an attitude before its first sample in `memory`, as `zr_drift_init` does.
+/// Creates an attitude before its first sample in `memory`, as `zr_drift_init` does.
 ///
 /// # Safety
 /// `memory` has `size` bytes; `params` and `attitude` are null or valid.
@@ -224,15 +224,15 @@ pub unsafe extern "C" fn zr_attitude_init(
     params: *const zr_attitude_params,
     attitude: *mut *mut zr_attitude,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let new = || Ok(unsafe { memory::shared(params) }?.attitude()?);
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::put(new, memory, size, attitude) })
 }
 
-/// Takes one sample of each sensor, three numbers each, NaN where they are missing; `mag` may be
-/// null, `dt` is the seconds since the sample before, NaN for one period of the rate. `quaternion`
-/// gets w, x, y, z, from the axes of the sensor to those of the earth. Constant work.
+/// Processes one sample of each sensor, three numbers each, NaN if they are missing. `mag` may be
+/// null. `dt` is the time since the previous sample, s, NaN for one period of the rate.
+/// `quaternion` gets w, x, y, z, from the sensor's axes to the earth's axes. The time is constant.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library; `gyro`, `accel` and `mag` are null or have three
@@ -247,13 +247,13 @@ pub unsafe extern "C" fn zr_attitude_update(
     quaternion: *mut f64,
 ) -> zr_code {
     let step = || {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let attitude = unsafe { memory::exclusive(attitude) }?;
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let quaternion = unsafe { memory::exclusive(quaternion.cast::<[f64; 4]>()) }?;
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let (gyro, accel) = unsafe { (memory::three(gyro)?, memory::three(accel)?) };
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let mag = unsafe { memory::three(mag) }.unwrap_or([f64::NAN; 3]);
         *quaternion = attitude.0.update(Sample { gyro, accel, mag, dt });
         Ok(())
@@ -270,35 +270,35 @@ pub unsafe extern "C" fn zr_attitude_read(
     attitude: *const zr_attitude,
     state: *mut zr_attitude_state,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::shared(attitude) }.and_then(|attitude| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         *unsafe { memory::exclusive(state) }? = attitude.state();
         Ok(())
     }))
 }
 
-/// Back to before the first sample.
+/// Resets to the state before the first sample.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_attitude_reset(attitude: *mut zr_attitude) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(attitude) }.map(|attitude| attitude.0.reset()))
 }
 
-/// The sensor was switched off and on: the same, but for what it keeps meanwhile.
+/// For a sensor that was switched off and on: resets the state, but keeps the gyro's matrix.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_attitude_power_on(attitude: *mut zr_attitude) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(attitude) }.map(|attitude| attitude.0.power_on()))
 }
 
-/// Writes a checkpoint, as `zr_drift_save` does, of at most `ZR_ATTITUDE_CHECKPOINT` bytes.
+/// Writes a checkpoint of at most `ZR_ATTITUDE_CHECKPOINT` bytes, as `zr_drift_save` does.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library; `buffer` has `size` bytes; `used` is null
@@ -310,9 +310,9 @@ pub unsafe extern "C" fn zr_attitude_save(
     size: usize,
     used: *mut usize,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::shared(attitude) }.and_then(|attitude| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let (buffer, used) =
             unsafe { (memory::bytes_mut(buffer, size)?, memory::exclusive(used)?) };
         *used = checkpoint::write(&attitude.0, buffer)?.len();
@@ -320,7 +320,7 @@ pub unsafe extern "C" fn zr_attitude_save(
     }))
 }
 
-/// Makes in `memory` the attitude of which `bytes` are the checkpoint, as `zr_drift_restore` does.
+/// Restores the attitude of a checkpoint, `bytes`, in `memory`, as `zr_drift_restore` does.
 ///
 /// # Safety
 /// `memory` has `size` bytes, `bytes` has `n`; `attitude` is null or valid.
@@ -332,8 +332,8 @@ pub unsafe extern "C" fn zr_attitude_restore(
     n: usize,
     attitude: *mut *mut zr_attitude,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let saved = || Ok(zr_attitude(checkpoint::read(unsafe { memory::bytes(bytes, n) }?)?));
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::put(saved, memory, size, attitude) })
 }

@@ -5,25 +5,25 @@ use core::fmt::{self, Write};
 
 use zerorate_core::Error;
 
-/// Result of a function. Only `ZR_OK` is zero.
+/// Result code of a function. Only `ZR_OK` is zero.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_code {
-    /// All went well.
+    /// Success.
     ZR_OK = 0,
-    /// A pointer that is needed is null.
+    /// A required pointer is null.
     ZR_NULL = 1,
-    /// The memory given is too small, or does not lie as it must.
+    /// The memory is too small or misaligned.
     ZR_MEMORY = 2,
-    /// A parameter is out of its range: `zr_drift_explain` and `zr_attitude_explain` say which.
+    /// A parameter is out of range: `zr_drift_explain` and `zr_attitude_explain` name it.
     ZR_PARAMETER = 3,
-    /// The buffer given is too small for this checkpoint.
+    /// The buffer is too small for this checkpoint.
     ZR_BUFFER = 4,
     /// The bytes are no checkpoint.
     ZR_NO_CHECKPOINT = 5,
-    /// The checkpoint is one of another version of zerorate, or of something else.
+    /// The checkpoint belongs to another version of zerorate, or to another type.
     ZR_OTHER_CHECKPOINT = 6,
-    /// The checkpoint is damaged or cut.
+    /// The checkpoint is damaged or incomplete.
     ZR_DAMAGED = 7,
     /// An error of unknown cause.
     ZR_UNKNOWN = 8,
@@ -74,13 +74,13 @@ impl zr_code {
     }
 }
 
-/// Returns a `zr_code` in words; valid for ever.
+/// Returns the text of a `zr_code`; it stays valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_message(code: i32) -> *const c_char {
     zr_code::of(code).message().as_ptr()
 }
 
-/// Returns the version of the library, such as "0.2.0"; valid for ever.
+/// Returns the version of the library, such as "0.2.0"; it stays valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_version() -> *const c_char {
     const VERSION: &CStr =
@@ -96,17 +96,17 @@ pub(crate) fn answer(result: Result<(), zr_code>) -> zr_code {
     result.err().unwrap_or(zr_code::ZR_OK)
 }
 
-/// Text in a buffer of C, cut where that ends; counts what there would have been room for.
+/// Text in a buffer of C, truncated at its end; counts the length of the full text.
 pub(crate) struct Text<'a> {
     buffer: &'a mut [u8],
     length: usize,
 }
 
 impl<'a> Text<'a> {
-    /// Writes an error, with a zero at its end; returns how long it is without, as `snprintf` does.
+    /// Writes an error and a zero; returns its full length without the zero, as `snprintf` does.
     pub(crate) fn explain(error: &Error, buffer: &'a mut [u8]) -> usize {
         let mut text = Text { buffer, length: 0 };
-        // Writing never fails: it cuts.
+        // Writing never fails: it truncates.
         let _ = write!(text, "{error}");
         let end = text.length.min(text.buffer.len().saturating_sub(1));
         if let Some(last) = text.buffer.get_mut(end) {

@@ -1,4 +1,4 @@
-//! The drift filter.
+//! Drift filter.
 
 use core::ffi::{c_char, c_void};
 
@@ -11,9 +11,9 @@ use zerorate_core::{
 use crate::code::{Text, answer, zr_code};
 use crate::memory;
 
-/// Bytes that are enough for a `zr_drift`, to put one into static memory.
+/// Size of a static buffer for a `zr_drift`, in bytes.
 pub const ZR_DRIFT_MEMORY: usize = 5120;
-/// Bytes that are enough for the checkpoint of one.
+/// Size of a buffer for the checkpoint of a `zr_drift`, in bytes.
 pub const ZR_DRIFT_CHECKPOINT: usize = 4096;
 
 const _: () = assert!(size_of::<zr_drift>() <= ZR_DRIFT_MEMORY);
@@ -22,13 +22,14 @@ const _: () = assert!(size_of::<zr_drift>() <= ZR_DRIFT_MEMORY);
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_method {
-    /// Tunes itself: the one to use.
+    /// Tunes itself; recommended.
     ZR_AUTO = 0,
     /// Fu & Han: a Kalman filter of an ARMA model of order (2, 1).
     ZR_KF = 1,
-    /// The same; the measurement noise adapts with equal weights.
+    /// `ZR_KF` with a measurement noise that adapts with equal weights.
     ZR_AKF = 2,
-    /// The same; the measurement noise adapts with fading memory, and the process noise.
+    /// `ZR_KF` with a measurement noise that adapts with fading memory, and an adaptive process
+    /// noise.
     ZR_FADING = 3,
 }
 
@@ -36,15 +37,15 @@ pub enum zr_method {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_motion {
-    /// Holds, if it is `ZR_AUTO`; else ignores.
+    /// `ZR_HOLD` for `ZR_AUTO`, `ZR_IGNORE` for other methods.
     ZR_MOTION_USUAL = 0,
     /// Learns at rest only and holds the bias in motion.
     ZR_MOTION_HOLD = 1,
-    /// Takes every sample for rest.
+    /// Treats every sample as rest.
     ZR_MOTION_IGNORE = 2,
 }
 
-/// Parameters of a drift filter. Zero is the default of all but the rate.
+/// Parameters of a drift filter. Zero selects the default of all parameters except the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_drift_params {
@@ -54,19 +55,19 @@ pub struct zr_drift_params {
     pub method: i32,
     /// A `zr_motion`.
     pub motion: i32,
-    /// Not zero: `zr_drift_update` gives the bias, not the sample minus the bias.
+    /// Not zero: `zr_drift_update` returns the bias instead of the sample minus the bias.
     pub estimate: i32,
-    /// End of the sensor's range in the unit of the samples; zero: there is none.
+    /// End of the sensor's range in the samples' unit; zero: no limit.
     pub limit: f64,
-    /// Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
+    /// Largest standard deviation of the samples at rest; zero: unknown.
     pub rest_limit: f64,
-    /// Largest level that can be a bias; zero: it is not known.
+    /// Largest level that can be a bias; zero: unknown.
     pub bias_limit: f64,
-    /// Seconds of the start-up; zero: one.
+    /// Duration of the start-up, s; zero: 1 s.
     pub startup: f64,
-    /// Deviation of the noise; zero: it is learned.
+    /// Standard deviation of the noise; zero: it is learned.
     pub scale: f64,
-    /// Initial process noise of the drift, for all but `ZR_AUTO`; zero: 0.1.
+    /// Initial process noise of the drift, for all methods but `ZR_AUTO`; zero: 0.1.
     pub process_noise: f64,
 }
 
@@ -76,17 +77,17 @@ pub struct zr_drift_params {
 pub enum zr_drift_status {
     /// The bias is the mean to date.
     ZR_STARTING = 0,
-    /// The same, after the scale learned before was proved wrong by many orders.
+    /// The bias is the mean to date, since the learned scale was wrong by orders of magnitude.
     ZR_STARTING_ANEW = 1,
     /// The bias is learned.
     ZR_AT_REST = 2,
     /// The bias is held.
     ZR_IN_MOTION = 3,
-    /// The sensor has moved ever since the start: no bias is known.
+    /// The sensor has moved since the start: no bias is known.
     ZR_NO_REST_YET = 4,
-    /// The bias is learned from what may as well be motion: nothing louder was seen.
+    /// The bias is learned from apparent rest that may be motion.
     ZR_PROVISIONAL = 5,
-    /// The sensor gives the same sample again and again: the bias is held.
+    /// The sensor repeats one sample: the bias is held.
     ZR_STUCK = 6,
 }
 
@@ -104,14 +105,14 @@ impl From<Status> for zr_drift_status {
     }
 }
 
-/// State after a sample, in the unit of the samples.
+/// State after a sample, in the samples' unit.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct zr_drift_state {
     /// The sensor's output without rotation.
     pub bias: f64,
-    /// Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
-    /// the others that of the bias as their model has it.
+    /// Standard deviation of the bias. For `ZR_AUTO` it belongs to the mean bias over the next 10
+    /// s, for other methods it follows from their model.
     pub bias_sigma: f64,
     /// Samples to date, missing ones included.
     pub samples: u64,
@@ -122,7 +123,7 @@ pub struct zr_drift_state {
 }
 
 #[derive(Debug, Clone, Copy)]
-// Both are in the memory of C, which has room for either.
+// The two types lie in memory of C, which has room for each of them.
 #[allow(clippy::large_enum_variant)]
 enum Filter {
     Auto(AutoFilter<f64>),
@@ -175,7 +176,7 @@ impl zr_drift_params {
     }
 }
 
-/// A number, none if it is zero.
+/// The number, or None if it is zero.
 fn given(value: f64) -> Option<f64> {
     (value != 0.0).then_some(value)
 }
@@ -221,14 +222,14 @@ pub extern "C" fn zr_drift_size() -> usize {
     size_of::<zr_drift>()
 }
 
-/// Returns at multiples of how many bytes a `zr_drift` may lie.
+/// Returns the alignment of a `zr_drift` in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_drift_align() -> usize {
     align_of::<zr_drift>()
 }
 
-/// Writes the fault of parameters, with a zero at its end; returns the length without the zero, 0
-/// if there is no fault, as `snprintf` does. `text` may be null if `size` is zero.
+/// Writes the error in the parameters as text. Returns its length without the final zero, as
+/// `snprintf` does, or 0 if there is no error. `text` may be null if `size` is zero.
 ///
 /// # Safety
 /// `params` is null or valid; `text` has room for `size` bytes.
@@ -238,7 +239,7 @@ pub unsafe extern "C" fn zr_drift_explain(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let (Ok(params), Ok(text)) =
         (unsafe { memory::shared(params) }, unsafe { memory::bytes_mut(text.cast(), size) })
     else {
@@ -247,9 +248,9 @@ pub unsafe extern "C" fn zr_drift_explain(
     params.filter().err().map_or(0, |error| Text::explain(&error, text))
 }
 
-/// Makes a filter before its first sample in `memory`, which has `size` bytes, and tells in
-/// `filter` where it is: at `memory`. It lives there until the memory is used for something else;
-/// there is nothing to be freed, and it may be copied by `memcpy`.
+/// Creates a filter before its first sample in `memory`, which has `size` bytes. `filter` gets its
+/// address, which is `memory`. The filter is valid until the memory is used for something else.
+/// Nothing has to be freed, and `memcpy` may copy the filter.
 ///
 /// # Safety
 /// `memory` has `size` bytes; `params` and `filter` are null or valid.
@@ -260,25 +261,25 @@ pub unsafe extern "C" fn zr_drift_init(
     params: *const zr_drift_params,
     filter: *mut *mut zr_drift,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let new = || Ok(unsafe { memory::shared(params) }?.filter()?);
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::put(new, memory, size, filter) })
 }
 
-/// Takes one sample; NaN is a missing one. `rate` gets the sample minus the bias, NaN where it is
-/// missing. Constant work.
+/// Processes one sample; NaN is a missing sample. `rate` gets the sample minus the bias, NaN for a
+/// missing sample. The time is constant.
 ///
 /// # Safety
 /// `filter` is null or was made by this library; `rate` is null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_update(filter: *mut zr_drift, z: f64, rate: *mut f64) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     unsafe { zr_drift_update_while(filter, z, false, rate) }
 }
 
-/// The same of a body that something else knows to be `moving`: what the gyro gives is then no
-/// bias, however still it stands.
+/// Processes one sample; `moving` is true if the body is known to move. The gyro's output is then
+/// no bias, even if it is constant.
 ///
 /// # Safety
 /// As in `zr_drift_update`.
@@ -289,16 +290,16 @@ pub unsafe extern "C" fn zr_drift_update_while(
     moving: bool,
     rate: *mut f64,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(filter) }.and_then(|filter| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let place = unsafe { memory::exclusive(rate) }?;
         *place = filter.update(z, moving);
         Ok(())
     }))
 }
 
-/// Takes `n` samples, with the same bits as one by one. `rate` may be `z`.
+/// Processes `n` samples; results are bit-identical to single updates. `rate` may be `z`.
 ///
 /// # Safety
 /// `filter` is null or was made by this library; `z` and `rate` have `n` numbers.
@@ -309,9 +310,9 @@ pub unsafe extern "C" fn zr_drift_process(
     rate: *mut f64,
     n: usize,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(filter) }.and_then(|filter| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         unsafe { memory::each(z, rate, n, |z| filter.update(z, false)) }
     }))
 }
@@ -325,42 +326,42 @@ pub unsafe extern "C" fn zr_drift_read(
     filter: *const zr_drift,
     state: *mut zr_drift_state,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::shared(filter) }.and_then(|filter| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         *unsafe { memory::exclusive(state) }? = filter.state();
         Ok(())
     }))
 }
 
-/// Back to before the first sample.
+/// Resets to the state before the first sample.
 ///
 /// # Safety
 /// `filter` is null or was made by this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_reset(filter: *mut zr_drift) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(filter) }.map(|filter| match &mut filter.0 {
         Filter::Auto(filter) => filter.reset(),
         Filter::Published(filter) => filter.reset(),
     }))
 }
 
-/// The sensor was switched off and on: `ZR_AUTO` forgets the bias but not the noise, the others
-/// start again.
+/// For a sensor that was switched off and on: `ZR_AUTO` forgets the bias but keeps the noise, other
+/// methods start again.
 ///
 /// # Safety
 /// `filter` is null or was made by this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_power_on(filter: *mut zr_drift) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::exclusive(filter) }.map(|filter| match &mut filter.0 {
         Filter::Auto(filter) => filter.switch_on(),
         Filter::Published(filter) => filter.reset(),
     }))
 }
 
-/// Writes a checkpoint into `buffer`, which has `size` bytes; `used` gets how many were needed, at
+/// Writes a checkpoint into `buffer`, which has `size` bytes. `used` gets the number of bytes, at
 /// most `ZR_DRIFT_CHECKPOINT`.
 ///
 /// # Safety
@@ -373,9 +374,9 @@ pub unsafe extern "C" fn zr_drift_save(
     size: usize,
     used: *mut usize,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::shared(filter) }.and_then(|filter| {
-        // SAFETY: the caller's.
+        // SAFETY: guaranteed by the caller.
         let (buffer, used) =
             unsafe { (memory::bytes_mut(buffer, size)?, memory::exclusive(used)?) };
         *used = match &filter.0 {
@@ -387,8 +388,8 @@ pub unsafe extern "C" fn zr_drift_save(
     }))
 }
 
-/// Makes in `memory`, as `zr_drift_init` does, the filter of which `bytes` are the checkpoint. It
-/// goes on with the same bits. Bytes that are none are refused.
+/// Restores the filter of a checkpoint, `bytes`, in `memory`, as `zr_drift_init` does. It continues
+/// with bit-identical results. Bytes that are no checkpoint are refused.
 ///
 /// # Safety
 /// `memory` has `size` bytes, `bytes` has `n`; `filter` is null or valid.
@@ -400,8 +401,8 @@ pub unsafe extern "C" fn zr_drift_restore(
     n: usize,
     filter: *mut *mut zr_drift,
 ) -> zr_code {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let saved = || Ok(zr_drift::read(unsafe { memory::bytes(bytes, n) }?)?);
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { memory::put(saved, memory, size, filter) })
 }

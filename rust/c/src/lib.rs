@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
-// The names are those of C.
+// The names are the names in C.
 #![allow(non_camel_case_types)]
 
 #[cfg(feature = "std")]
@@ -15,7 +15,7 @@ pub use attitude::*;
 pub use code::*;
 pub use drift::*;
 
-/// Without `std` nobody else says what a panic does. No function of this library panics.
+/// Without `std` a panic handler is needed here. No function of this library panics.
 #[cfg(not(feature = "std"))]
 #[panic_handler]
 fn stop(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -1,4 +1,4 @@
-//! The border itself: what C points to. All that reads or writes through a pointer of C is here.
+//! Access to memory of C. All reads and writes through a pointer of C are here.
 
 use core::ffi::c_void;
 use core::slice;
@@ -8,7 +8,7 @@ use crate::code::zr_code;
 /// A shared reference to a value behind a pointer of C.
 ///
 /// # Safety
-/// The pointer is null, or points to such a value that nobody writes meanwhile.
+/// The pointer is null, or points to such a value; nothing else writes it meanwhile.
 pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, zr_code> {
     // SAFETY: as above.
     unsafe { pointer.as_ref() }.ok_or(zr_code::ZR_NULL)
@@ -17,7 +17,7 @@ pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, zr_code> 
 /// An exclusive reference to a value behind a pointer of C.
 ///
 /// # Safety
-/// The pointer is null, or points to such a value that nobody else reads or writes meanwhile.
+/// The pointer is null, or points to such a value; nothing else reads or writes it meanwhile.
 pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, zr_code> {
     // SAFETY: as above.
     unsafe { pointer.as_mut() }.ok_or(zr_code::ZR_NULL)
@@ -28,14 +28,14 @@ pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, zr_c
 /// # Safety
 /// The pointer is null, or points to three numbers.
 pub(crate) unsafe fn three(pointer: *const f64) -> Result<[f64; 3], zr_code> {
-    // SAFETY: as above; arrays lie as their numbers do.
+    // SAFETY: as above; an array has the layout of its numbers.
     unsafe { shared(pointer.cast::<[f64; 3]>()) }.copied()
 }
 
-/// Bytes, to be read. Nothing is read of none.
+/// Bytes for reading. With null nothing is read.
 ///
 /// # Safety
-/// The pointer is null, or points to as many bytes that nobody writes meanwhile.
+/// The pointer is null, or points to as many bytes; nothing else writes them meanwhile.
 pub(crate) unsafe fn bytes<'a>(pointer: *const u8, size: usize) -> Result<&'a [u8], zr_code> {
     match (pointer.is_null(), size) {
         (_, 0) => Ok(&[]),
@@ -45,15 +45,16 @@ pub(crate) unsafe fn bytes<'a>(pointer: *const u8, size: usize) -> Result<&'a [u
     }
 }
 
-/// Bytes, to be written.
+/// Bytes for writing.
 ///
 /// # Safety
-/// The pointer is null, or points to as many bytes that nobody else reads or writes meanwhile.
+/// The pointer is null, or points to as many bytes; nothing else reads or writes them meanwhile.
 pub(crate) unsafe fn bytes_mut<'a>(pointer: *mut u8, size: usize) -> Result<&'a mut [u8], zr_code> {
     match (pointer.is_null(), size) {
         (_, 0) => Ok(&mut []),
         (true, _) => Err(zr_code::ZR_NULL),
-        // SAFETY: as above. What C has not written yet is no byte: zeros are.
+        // SAFETY: as above. Bytes that C has not written are uninitialised, and are set to zero
+        // first.
         (false, _) => Ok(unsafe {
             pointer.write_bytes(0, size);
             slice::from_raw_parts_mut(pointer, size)
@@ -61,11 +62,11 @@ pub(crate) unsafe fn bytes_mut<'a>(pointer: *mut u8, size: usize) -> Result<&'a 
     }
 }
 
-/// Puts a value down in memory of C and tells where it is.
+/// Writes a value to memory of C and returns its address.
 ///
 /// # Safety
-/// `memory` is null, or points to `size` bytes that nobody else reads or writes meanwhile; `place`
-/// is null, or a pointer can be put down there.
+/// `memory` is null, or points to `size` bytes; nothing else reads or writes them meanwhile.
+/// `place` is null, or has room for a pointer.
 pub(crate) unsafe fn put<T: Copy>(
     value: impl FnOnce() -> Result<T, zr_code>,
     memory: *mut c_void,
@@ -80,7 +81,7 @@ pub(crate) unsafe fn put<T: Copy>(
         return Err(zr_code::ZR_MEMORY);
     }
     let value = value()?;
-    // SAFETY: not null, as large and as aligned as such a value; the rest as above.
+    // SAFETY: not null, with the size and alignment of such a value; the rest as above.
     unsafe {
         memory.write(value);
         place.write(memory);
@@ -88,10 +89,10 @@ pub(crate) unsafe fn put<T: Copy>(
     Ok(())
 }
 
-/// Hands each number to `step` and puts down what it returns: where it was read, if C wants so.
+/// Gives each number to `step` and writes the result, in place if both pointers are equal.
 ///
 /// # Safety
-/// Both pointers are null, or point to `n` numbers that nobody else writes meanwhile.
+/// The two pointers are null, or point to `n` numbers; nothing else writes them meanwhile.
 pub(crate) unsafe fn each(
     inputs: *const f64,
     outputs: *mut f64,
@@ -102,7 +103,7 @@ pub(crate) unsafe fn each(
         return Err(zr_code::ZR_NULL);
     }
     for k in 0..n {
-        // SAFETY: within both arrays, which may be one.
+        // SAFETY: within the two arrays, which may be the same array.
         unsafe { outputs.add(k).write(step(inputs.add(k).read())) };
     }
     Ok(())

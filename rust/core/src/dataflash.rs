@@ -1,8 +1,8 @@
-//! ArduPilot's binary logs: what messages they declare, and where the rows of each one stand.
+//! ArduPilot's binary logs: the declared messages, and the positions of their rows.
 //!
-//! A message begins with two bytes that are always the same and its number; how long it is and what
-//! is in it says an earlier message, `FMT`, which describes itself in the same way. Nothing has a
-//! checksum: a message counts where it is all there and another one, or the end, follows it.
+//! A message begins with two constant bytes and its number. An earlier message, `FMT`, declares its
+//! length and content, and describes itself in the same way. There are no checksums: a message is
+//! valid if it is complete and followed by another message or the end.
 
 use crate::work;
 
@@ -16,24 +16,25 @@ const START: usize = 3;
 const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
 
-/// Declarations that a log may have: one a number, and some of other versions appended to it.
+/// Largest number of declarations in a log: one per number, and some of other versions appended to
+/// it.
 const MAX_KINDS: usize = 1024;
 
-/// Messages between two looks at whether the work is to end.
+/// Number of messages between two checks for a stop.
 const MESSAGES_PER_CHECK: usize = 1 << 16;
 
-/// A kind of messages as it is declared, in texts that zeros end, and where its rows begin.
+/// A declared message type, with texts that end with zeros, and the positions of its rows.
 #[derive(Debug, Clone)]
 pub struct Kind {
-    /// Its number.
+    /// Number of the type.
     pub number: u8,
-    /// Its name.
+    /// Name of the type.
     pub name: [u8; 4],
-    /// A letter a field.
+    /// One letter per field.
     pub format: [u8; 16],
     /// Names of the fields, with commas between.
     pub columns: [u8; 64],
-    /// Bytes of a message, with the three before its fields.
+    /// Bytes of a message, with the three bytes before its fields.
     pub length: usize,
     /// Offsets of its messages, in the order of the log.
     pub offsets: Vec<u64>,
@@ -42,16 +43,16 @@ pub struct Kind {
 /// Valid messages of a log.
 #[derive(Debug, Clone)]
 pub struct Index {
-    /// Kinds of messages in the order in which they are declared; `FMT` is the first.
+    /// Message types in the order of declaration; `FMT` is the first.
     pub kinds: Vec<Kind>,
     /// Bytes that belong to no valid message.
     pub lost: usize,
-    /// Bytes of a last message that the log ends within.
+    /// Bytes of a last message that the log cuts off.
     pub cut: usize,
 }
 
 impl Index {
-    /// The valid messages in the bytes of a log. Zeros or ones that fill it up are no damage.
+    /// Finds the valid messages in the bytes of a log. Zeros or ones at its end are no damage.
     #[must_use]
     pub fn of(raw: &[u8]) -> Self {
         let mut walk = Walk::new(raw);
@@ -60,7 +61,7 @@ impl Index {
     }
 }
 
-/// Bytes of a field of a kind; nothing for a letter that is not known.
+/// Bytes of a field with this letter; `None` for an unknown letter.
 #[must_use]
 pub fn width(letter: u8) -> Option<usize> {
     Some(match letter {
@@ -76,10 +77,10 @@ pub fn width(letter: u8) -> Option<usize> {
 
 struct Walk<'a> {
     raw: &'a [u8],
-    /// Behind it stands nothing but what fills the log up.
+    /// Position after which the log has only fill bytes.
     end: usize,
     kinds: Vec<Kind>,
-    /// The kind that each number stands for, and the length of its messages; 0 for none.
+    /// Type of each message number, and length of its messages; 0 for none.
     current: [usize; 256],
     lengths: [usize; 256],
     lost: usize,
@@ -132,7 +133,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The end of a message that begins here, if it is complete.
+    /// End of a message that begins here, if it is complete.
     #[inline(always)]
     fn whole(&self, at: usize) -> Option<usize> {
         let [first, second, number] = *self.raw.get(at..)?.first_chunk::<START>()?;
@@ -142,7 +143,7 @@ impl<'a> Walk<'a> {
             .then_some(after)
     }
 
-    /// The same, if another message or the end follows.
+    /// End of a message that begins here, if another message or the end follows.
     #[inline(always)]
     fn valid_message_end(&self, at: usize) -> Option<usize> {
         let after = self.whole(at)?;
@@ -185,7 +186,7 @@ impl<'a> Walk<'a> {
         work::push(&mut self.kinds, kind);
     }
 
-    /// The offset at which to go on after one without a valid message.
+    /// Offset of the next valid message after an offset without one.
     fn behind_damage(&mut self, at: usize) -> usize {
         let begins = self.raw[at..].starts_with(&HEAD);
         let mut from = at + 1;
@@ -215,7 +216,7 @@ impl<'a> Walk<'a> {
 }
 
 impl Kind {
-    /// True if a declaration may be meant so: its fields fill its messages, as far as all are known.
+    /// True if a declaration is plausible: its known fields fill its messages.
     fn is_valid(&self) -> bool {
         let named = self.name[0].is_ascii_uppercase();
         let fields = self.format.split(|byte| *byte == 0).next().unwrap_or_default();
@@ -225,7 +226,7 @@ impl Kind {
     }
 }
 
-/// The bytes of a text, with zeros behind it.
+/// Bytes of a text, padded with zeros.
 fn padded<const N: usize>(text: &[u8]) -> [u8; N] {
     let mut all = [0; N];
     for (to, from) in all.iter_mut().zip(text) {
@@ -279,7 +280,7 @@ mod tests {
             let whole = log(5);
             let index = Index::of(&whole[..whole.len() - cut]);
             assert_eq!(gyro(&index).offsets.len(), 4);
-            // Zeros at its end may fill the log up.
+            // Zeros at its end may be fill bytes.
             assert!((1..=ROW - cut).contains(&(index.cut + index.lost)));
             assert!(index.lost < START);
         }

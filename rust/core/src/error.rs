@@ -11,19 +11,19 @@ pub enum Error {
     /// A parameter is outside its range.
     #[error("{name} must be {expected}, got {value:?}")]
     Parameter {
-        /// The parameter's name, as users write it.
+        /// Name of the parameter, as users write it.
         name: &'static str,
-        /// The range that it needs.
+        /// Required range.
         expected: &'static str,
-        /// The given value.
+        /// Stated value.
         value: f64,
     },
     /// A matrix is not valid for a filter.
     #[error("{} must be {expected}", Named(name, *step))]
     Matrix {
-        /// The parameter's name, as users write it.
+        /// Name of the parameter, as users write it.
         name: &'static str,
-        /// The step that it belongs to, if there is one a step.
+        /// Step of the matrix, if each step has a matrix.
         step: Option<usize>,
         /// The expected values.
         expected: &'static str,
@@ -34,17 +34,17 @@ pub enum Error {
     /// The checkpoint has a format unknown to this version.
     #[error("checkpoint has layout version {found}, this zerorate reads version {expected}")]
     Layout {
-        /// The version in the bytes.
+        /// Version in the bytes.
         found: u16,
-        /// The version that can be read.
+        /// Version that this library reads.
         expected: u16,
     },
     /// The checkpoint is too short or too long.
     #[error("checkpoint is {found} bytes long, its header says {expected}: truncated or padded")]
     Length {
-        /// The length found.
+        /// Length of the bytes.
         found: usize,
-        /// The length announced.
+        /// Length in the header.
         expected: usize,
     },
     /// The checksum does not match the bytes.
@@ -61,10 +61,10 @@ pub enum Error {
     /// The checksum matches, but the content is not a valid state of this type.
     #[error("checkpoint content is not the state of this filter")]
     Content,
-    /// The buffer given for a checkpoint is too small.
+    /// The buffer is too small for a checkpoint.
     #[error("the buffer given is too small for this checkpoint")]
     Buffer,
-    /// The system has no memory left for a new object.
+    /// No memory is available for a new object.
     #[error("{bytes} bytes of memory were refused")]
     Memory {
         /// Requested bytes.
@@ -75,7 +75,7 @@ pub enum Error {
     Stopped,
 }
 
-/// A parameter, or that of one step.
+/// A parameter, or a parameter of one step.
 struct Named(&'static str, Option<usize>);
 
 impl fmt::Display for Named {
@@ -104,7 +104,7 @@ pub(crate) fn check_not_negative(
 }
 
 pub(crate) fn check_rate(value: f64) -> Result<(), Error> {
-    // So that its period is a number too.
+    // The period must be finite, too.
     let is_rate = value > 0.0 && value.is_finite() && value.recip().is_finite();
     require(is_rate, "rate", "a positive number of samples a second", value)
 }

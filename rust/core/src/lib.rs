@@ -1,17 +1,17 @@
 #![doc = include_str!("../README.md")]
 //! # Conventions
 //!
-//! - A sample is one angular rate of one axis, in any unit: everything is learned from the data's
-//!   own first samples, so scaling the input scales the output.
-//! - A sample that is not finite is *missing*: it is predicted, not corrected.
-//! - `p`, `q` are the orders of the ARMA drift model, `N = p + 1` is the size of the Kalman state
-//!   `[y_k, …, y_{k-p+1}, c]` and `M = p + q + 1` that of the parameters `[φ, θ, c]`.
-//! - In the Kalman modules the literature's letters hold: `x`, `P`, `G` (process noise covariance
-//!   of the state), `R` (measurement noise variance), `S` (innovation variance), `K` (gain).
-//! - Equation numbers "FH n" are those of Fu & Han, *Acta Photonica Sinica* 48(12), 1212003, 2019.
+//! - A sample is one angular rate of one axis, in any unit. The scale is learned from the first
+//!   samples: if the input is scaled, the output is scaled equally.
+//! - A sample that is not finite is *missing*: the filter predicts and does not correct.
+//! - `p` and `q` are the orders of the ARMA drift model. `N = p + 1` is the size of the Kalman
+//!   state `[y_k, …, y_{k-p+1}, c]`. `M = p + q + 1` is the size of the parameters `[φ, θ, c]`.
+//! - Kalman modules use the letters of the literature: `x`, `P`, `G` (process noise covariance of
+//!   the state), `R` (measurement noise variance), `S` (innovation variance), `K` (gain).
+//! - "FH n" is equation n of Fu & Han, *Acta Photonica Sinica* 48(12), 1212003, 2019.
 //!
-//! A step allocates nothing, does constant work and cannot panic. The steps are written without
-//! branches on data that a lane mask could not express, so they also run on SIMD lanes.
+//! A step allocates nothing, takes constant time and cannot panic. A lane mask can express every
+//! branch on data, and the steps also run on SIMD lanes.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]

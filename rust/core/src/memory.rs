@@ -1,12 +1,12 @@
-//! Memory of a size that a caller chooses: refused by an error, where Rust's own collections end the
-//! process.
+//! Memory with a size that a caller chooses. If there is no memory, the functions return an error;
+//! Rust's own collections would end the process.
 
 use crate::error::Error;
 
-/// Room for so many more elements.
+/// Reserves room for this number of additional elements.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is none, or no memory can be as large.
+/// [`Error::Memory`] if there is no memory, or the size is impossible.
 pub fn reserve<T>(values: &mut Vec<T>, additional: usize) -> Result<(), Error> {
     let bytes = || values_bytes::<T>(additional);
     values.try_reserve(additional).map_err(|_| Error::Memory { bytes: bytes() })
@@ -16,10 +16,10 @@ fn values_bytes<T>(length: usize) -> usize {
     length.saturating_mul(size_of::<T>())
 }
 
-/// Room for so many elements, and no more.
+/// Returns a vector with room for exactly this number of elements.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is none.
+/// [`Error::Memory`] if there is no memory.
 pub fn room<T>(length: usize) -> Result<Vec<T>, Error> {
     let mut values = Vec::new();
     let refused = Error::Memory { bytes: values_bytes::<T>(length) };
@@ -27,20 +27,20 @@ pub fn room<T>(length: usize) -> Result<Vec<T>, Error> {
     Ok(values)
 }
 
-/// So many elements.
+/// Returns this number of equal elements.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is no memory for them.
+/// [`Error::Memory`] if there is no memory.
 pub fn filled<T: Clone>(value: T, length: usize) -> Result<Vec<T>, Error> {
     let mut values = room(length)?;
     values.resize(length, value);
     Ok(values)
 }
 
-/// The same elements once more.
+/// Returns a copy of the elements.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is no memory for them.
+/// [`Error::Memory`] if there is no memory.
 pub fn copied<T: Clone>(values: &[T]) -> Result<Vec<T>, Error> {
     let mut copy = room(values.len())?;
     copy.extend_from_slice(values);

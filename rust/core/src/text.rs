@@ -1,15 +1,15 @@
-//! Rows of plain numbers in a text: the same doubles as any reader that rounds to the nearest, or
-//! nothing at all where a row holds anything else.
+//! Rows of plain numbers in a text. The doubles equal those of any reader that rounds to the
+//! nearest. If a row holds anything else, nothing is returned.
 
 use std::mem;
 
 use crate::math::parallel;
 use crate::work;
 
-/// Bytes of a text that are a task.
+/// Bytes of a text in one task.
 const TASK_BYTES: usize = 1 << 18;
 
-/// Digits that 64 bits surely hold.
+/// Number of digits that 64 bits always hold.
 const MAX_DIGITS: usize = 19;
 
 /// Largest whole number up to which a double is exact.
@@ -21,12 +21,13 @@ const POWERS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Kind of a cell: its column, and a flag for whole numbers, of which the column takes the 64 bits.
+/// Kind of a cell: its column, and a flag for whole numbers, whose 64 bits are stored in the
+/// column.
 #[derive(Debug, Clone, Copy)]
 pub enum Cell {
-    /// Not at all.
+    /// The cell is not read.
     Unwanted,
-    /// The double nearest to its number, NaN where it is missing.
+    /// The double nearest to the number, NaN if it is missing.
     Double(usize),
     /// A whole number.
     Whole(usize),
@@ -39,18 +40,18 @@ pub struct Form {
     pub delimiter: Option<u8>,
     /// Decimal point.
     pub point: u8,
-    /// The cells of every row.
+    /// Cells of every row.
     pub cells: Vec<Cell>,
     /// Texts of a missing value.
     pub missing: Vec<Vec<u8>>,
 }
 
 impl Form {
-    /// True if all rows are plain, the last one without a line end. Then the columns, of as many
-    /// numbers as there are lines, hold theirs, and else anything.
+    /// True if all rows are plain; the last row has no line end. The columns, with one number per
+    /// line, then hold the numbers. Otherwise they hold arbitrary numbers.
     ///
-    /// Not plain are quotes, remarks, empty lines, texts, infinities, numbers too large for a double
-    /// or for 64 bits, and rows of more cells or fewer.
+    /// Not plain are quotes, remarks, empty lines, texts, infinities, numbers too large for a
+    /// double or for 64 bits, and rows with more or fewer cells.
     pub fn read(&self, text: &[u8], mut columns: Vec<&mut [f64]>, parallel: bool) -> bool {
         let mut tasks = work::room(text.len() / TASK_BYTES + 1);
         let mut rest = text;
@@ -95,19 +96,19 @@ impl Form {
     }
 }
 
-/// The end of the line with a byte, or of the text.
+/// End of the line that contains a byte, or end of the text.
 fn line_end(text: &[u8], byte: usize) -> usize {
     let after = text.get(byte..).and_then(|rest| rest.iter().position(|b| *b == b'\n'));
     after.map_or(text.len(), |more| byte + more)
 }
 
 fn count(lines: &[u8]) -> usize {
-    // As many at once as a byte can count: many in a register.
+    // As many at once as a byte can count, in parallel.
     let ends = |part: &[u8]| part.iter().map(|byte| u8::from(*byte == b'\n')).sum::<u8>();
     1 + lines.chunks(255).map(|part| usize::from(ends(part))).sum::<usize>()
 }
 
-/// A place in a text; nothing is returned where it is not plain.
+/// A position in a text; its methods return `None` if the text is not plain.
 struct Cursor<'a> {
     text: &'a [u8],
     at: usize,
@@ -132,7 +133,7 @@ impl Cursor<'_> {
         }
     }
 
-    /// Goes to the first cell; nothing for what may be a remark, or no row.
+    /// Moves to the first cell; `None` for a possible remark, or no row.
     #[inline(always)]
     fn begin_row(&mut self) -> Option<()> {
         self.skip_blanks();
@@ -140,7 +141,7 @@ impl Cursor<'_> {
         plain.then_some(())
     }
 
-    /// Goes to the next cell, or to the next row after the last one.
+    /// Moves to the next cell, or after the last cell to the next row.
     #[inline(always)]
     fn end_cell(&mut self, last: bool) -> Option<()> {
         let before = self.at;
@@ -167,8 +168,8 @@ impl Cursor<'_> {
         Some(byte) == self.form.delimiter || matches!(byte, b'\n' | b'\r') || blank
     }
 
-    /// Passes over a cell. Quotes might enclose delimiters. Beyond ASCII there are further blanks,
-    /// which matter where blanks are delimiters.
+    /// Skips a cell. Quotes might enclose delimiters. Beyond ASCII there are more blanks, which
+    /// matter if blanks are delimiters.
     #[inline(always)]
     fn pass(&mut self) -> Option<()> {
         let blanks = self.form.delimiter.is_none();
@@ -181,7 +182,7 @@ impl Cursor<'_> {
         Some(())
     }
 
-    /// The number in a cell, NaN where it is missing.
+    /// The number in a cell, NaN if it is missing.
     #[inline(always)]
     fn double(&mut self) -> Option<f64> {
         self.skip_blanks();
@@ -208,7 +209,7 @@ impl Cursor<'_> {
         }
         let power = POWERS.get(usize::try_from(exponent.unsigned_abs()).ok()?);
         let value = match power {
-            // Of two doubles without an error the result has one rounding, as it must.
+            // The two doubles are exact, and the result has one rounding.
             Some(power) if digits <= MAX_DIGITS && mantissa <= MAX_EXACT => {
                 let whole = mantissa as f64;
                 let size = if exponent < 0 { whole / power } else { whole * power };
@@ -226,7 +227,7 @@ impl Cursor<'_> {
         sign == b'-'
     }
 
-    /// A number with further digits behind it, modulo 2⁶⁴.
+    /// A number with more digits appended, modulo 2⁶⁴.
     #[inline(always)]
     fn digits(&mut self, mut number: u64) -> u64 {
         let mut count = 0;
@@ -246,7 +247,7 @@ impl Cursor<'_> {
         let negative = self.sign();
         let from = self.at;
         let size = self.digits(0);
-        // More digits are for others.
+        // More digits are left to another function.
         let size = matches!(self.at - from, 1..=4).then(|| size.cast_signed())?;
         Some(if negative { -size } else { size })
     }
@@ -258,7 +259,7 @@ impl Cursor<'_> {
         str::from_utf8(&number).ok()?.parse().ok()
     }
 
-    /// NaN, if a cell is what stands for no value; a row of one such cell may be none.
+    /// NaN if a cell has a text of a missing value; a row with only this cell may be no row.
     #[cold]
     fn missing(&mut self) -> Option<f64> {
         let begin = self.at;

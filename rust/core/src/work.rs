@@ -1,8 +1,8 @@
-//! Long work on a record that ends early: asked to, or because memory was refused.
+//! Long work on a record that can end early: on request, or because there is no memory.
 //!
-//! What is computed of a record has no errors of its own. So work that ends early unwinds, to the
-//! [`Stop::run`] that began it, on whatever threads it runs; without one it cannot be asked, and
-//! refused memory ends the process as it does elsewhere in Rust.
+//! The computations on a record return no errors. Work that ends early unwinds to the [`Stop::run`]
+//! that began it, on all its threads. Without a [`Stop::run`] no request is possible, and missing
+//! memory ends the process as usual in Rust.
 
 use std::alloc::{Layout, handle_alloc_error};
 use std::any::Any;
@@ -13,17 +13,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Error;
 
-/// Asks work to end.
+/// Requests that work ends.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 thread_local! {
-    /// Of the work that this thread does.
+    /// The stop of this thread's work.
     static CURRENT: RefCell<Option<Stop>> = const { RefCell::new(None) };
 }
 
 impl Stop {
-    /// The work ends soon.
+    /// Requests that the work ends soon.
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -31,7 +31,7 @@ impl Stop {
     /// Runs the work and returns its result.
     ///
     /// # Errors
-    /// [`Error::Stopped`] if it was asked to end, [`Error::Memory`] if there was none left for it.
+    /// [`Error::Stopped`] after a request to end, [`Error::Memory`] if there was no memory.
     pub fn run<R>(&self, work: impl FnOnce() -> R) -> Result<R, Error> {
         let inside = || Current(Some(self.clone())).run(work);
         catch_unwind(AssertUnwindSafe(inside)).map_err(|payload| {
@@ -43,17 +43,17 @@ impl Stop {
     }
 }
 
-/// The stop of the work that this thread does, for those that it spreads over.
+/// The stop of this thread's work, for threads that share the work.
 #[derive(Debug, Clone)]
 pub struct Current(Option<Stop>);
 
 impl Current {
-    /// That of this thread.
+    /// The stop of this thread.
     pub fn here() -> Self {
         Self(CURRENT.with_borrow(Option::clone))
     }
 
-    /// Does a part of the work, on whatever thread.
+    /// Does a part of the work, on any thread.
     pub fn run<R>(self, part: impl FnOnce() -> R) -> R {
         struct Before(Option<Stop>);
         impl Drop for Before {
@@ -66,7 +66,7 @@ impl Current {
     }
 }
 
-/// Ends the work if it was asked to: long loops call it at least every few milliseconds.
+/// Ends the work on request: long loops call it at least every few milliseconds.
 #[inline(never)]
 pub(crate) fn pause() {
     if is_asked_to_end() {
@@ -74,29 +74,29 @@ pub(crate) fn pause() {
     }
 }
 
-/// True if the work was asked to end.
+/// True if the work must end on request.
 pub(crate) fn is_asked_to_end() -> bool {
     let asked = |stop: &Option<Stop>| stop.as_ref().is_some_and(|s| s.0.load(Ordering::Relaxed));
     CURRENT.with_borrow(asked)
 }
 
-/// Unwinds.
+/// Unwinds with an error.
 pub(crate) fn end(error: Error) -> ! {
     let payload: Box<dyn Any + Send> = Box::new(error);
     resume_unwind(payload)
 }
 
-/// Room for so many elements, or the end of the work.
+/// Room for this number of elements, or the end of the work.
 pub(crate) fn room<T>(length: usize) -> Vec<T> {
     crate::memory::room(length).unwrap_or_else(|error| refuse::<T>(length, error))
 }
 
-/// So many elements, or the end of the work.
+/// This number of equal elements, or the end of the work.
 pub(crate) fn filled<T: Clone>(value: T, length: usize) -> Vec<T> {
     crate::memory::filled(value, length).unwrap_or_else(|error| refuse::<T>(length, error))
 }
 
-/// One more element, or the end of the work.
+/// Adds one element, or ends the work.
 pub(crate) fn push<T>(values: &mut Vec<T>, value: T) {
     let length = values.len();
     if values.len() == values.capacity() {
@@ -105,7 +105,7 @@ pub(crate) fn push<T>(values: &mut Vec<T>, value: T) {
     values.push(value);
 }
 
-/// The values of an iterator, or the end of the work.
+/// Collects the values of an iterator, or ends the work.
 pub(crate) fn collect<T>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let values = values.into_iter();
     let mut all = room(values.size_hint().0);
@@ -113,7 +113,7 @@ pub(crate) fn collect<T>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     all
 }
 
-/// The end of the work, if so much memory cannot be had: before what takes it without asking.
+/// Ends the work if this much memory is not available; for calls that would not return an error.
 pub(crate) fn need<T>(length: usize) {
     drop(room::<T>(length));
 }

@@ -11,26 +11,28 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
-/// averaging time with fading memory.
+/// Measurement noise variance R of a stream, from its Allan variance at one sample.
 ///
-/// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han
-/// 2019, equations 17, 18 and 26 to 31). A sample that is not finite is missing; differences across
-/// it are left out. One object serves one thread at a time.
+/// The average has fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with
+/// ``1/w = 1 + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is
+/// not finite is missing, and differences across it are left out. One object serves one thread at a
+/// time.
 ///
 /// Parameters
 /// ----------
 /// fading : float, default 0.97
-///     Fading factor b in (0, 1]: the weight of a difference falls by this factor a sample. A small
-///     one follows changes quickly, a large one averages; 1 weighs all equally and equals the Allan
-///     variance of the whole record.
+///     Fading factor b in (0, 1]: the weight of a difference falls by this factor at each sample. A
+///     small factor follows changes quickly, a large factor averages. 1 weighs all differences
+///     equally and gives the Allan variance of the whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
-///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
-///     constant angular acceleration leaves alone.
+///     ``"allan"`` uses first differences. ``"hadamard"`` uses second differences,
+///     ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a constant angular acceleration does not
+///     change.
 /// floor : float, default 0.0
-///     Smallest variance to return, in the square of the samples' unit. Equal samples, as a
-///     coarsely quantised gyro at rest gives them, drive R to zero.
+///     Smallest variance to return, in the square of the samples' unit. A coarsely quantised gyro
+///     at rest repeats one value, and R would fall to zero.
 /// channels : int, optional
+///     Number of signals; ``None`` is a single signal without a channel axis.
 ///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
@@ -87,24 +89,22 @@ impl AllanNoise {
 }
 
 getters! { AllanNoise, slf, py, this;
-    /// R to date, in the square of the samples' unit: float, with channels (k,).
+    /// Present variance R, in the square of the samples' unit: float, with channels (k,).
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
 /// Allan and Hadamard deviations of a stream at all octaves.
 ///
-/// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which
-/// take a difference at every sample, and equal those of the whole record to rounding. For that the
-/// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a
-/// channel, 1 MiB for 16 octaves, however long the record. Partly overlapping estimators would need
-/// only a few numbers per octave, but are less precise.
+/// Averaging times are 1, 2, 4, … samples. The estimators are fully overlapping: they take a
+/// difference at every sample. They equal the deviations of the whole record to rounding. For this
+/// the object keeps the last samples, three times the longest averaging time: ``16 * 2**octaves``
+/// bytes per channel, 1 MiB for 16 octaves. The length of the record does not matter.
 ///
-/// A sample that is not finite (or ``update(None)``) is missing, and every difference that would
-/// need it is left out. One object serves one thread at a time.
+/// A sample that is not finite (or ``update(None)``) is missing, and every difference that needs it
+/// is left out. One object serves one thread at a time.
 ///
-/// Differences are computed for 32 samples together, so every 32nd sample does the work, bounded
-/// and without allocation; the properties are always up to date.
-///
+/// Differences are computed for 32 samples together: every 32nd sample does the work, in bounded
+/// time and without allocation. The properties are always up to date.
 /// Parameters
 /// ----------
 /// rate : float
@@ -112,7 +112,7 @@ getters! { AllanNoise, slf, py, this;
 /// octaves : int, default 16
 ///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
 /// channels : int, optional
-///     Number of signals; ``None`` is a single one.
+///     Number of signals; ``None`` is a single signal without a channel axis.
 ///
 /// Raises
 /// ------
@@ -124,11 +124,11 @@ getters! { AllanNoise, slf, py, this;
 /// Notes
 /// -----
 /// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability
-/// Analysis*, NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean
-/// squares of the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The
-/// phase is the running sum of distances from the first sample, or the first after a missing one.
-/// If the mean of n samples differs from that sample by D, rounding acts as noise of standard
-/// deviation ``6e-17 * n * D`` on each sample.
+/// Analysis*, NIST SP 1065 (2008), section 5.2. Rates take the place of fractional frequencies. The
+/// variances are the mean squares of the second and third differences of the phase, divided by
+/// ``2 m**2`` and ``6 m**2``. The phase is the running sum of the samples minus the first sample of
+/// the segment. If the mean of n samples differs from this first sample by D, rounding acts as
+/// noise of standard deviation ``6e-17 * n * D`` on each sample.
 ///
 /// Examples
 /// --------
@@ -189,10 +189,11 @@ getters! { StreamingAllan, slf, py, this;
         let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
         arrays::array(py, taus, &[first.octaves()])?
     };
-    /// Allan deviation in the samples' unit, NaN without a term: (octaves,), with channels
-    /// (octaves, k).
+    /// Allan deviation in the samples' unit: (octaves,), with channels (octaves, k).
+    ///
+    /// NaN for an averaging time without a difference.
     deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
-    /// Hadamard deviation, as ``deviation``; a constant angular acceleration has no effect on it.
+    /// Hadamard deviation, as ``deviation``; a constant angular acceleration does not change it.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
     term_count: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;
@@ -201,7 +202,7 @@ getters! { StreamingAllan, slf, py, this;
 }
 
 impl StreamingAllan {
-    /// One number per octave, one column per channel.
+    /// One number per octave, and one column per channel.
     fn table<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,

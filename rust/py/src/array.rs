@@ -16,7 +16,7 @@ use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, AnyBank, Shared, call, exclusive, reading, streaming, text};
 use crate::common::work::in_pieces;
 
-/// One array, of which only the box knows how many axes it has.
+/// One array; its number of axes is known only inside the box.
 trait ArrayBank: AnyBank {
     fn params(&self) -> &ArrayParams;
     fn axes(&self) -> usize;
@@ -33,7 +33,7 @@ trait ArrayBank: AnyBank {
     fn covariances(&self, axis: usize) -> Covariances;
 }
 
-/// Averaging times in s, covariances and how many differences they are of.
+/// Averaging times in s, covariances, and the number of differences in each covariance.
 struct Covariances {
     taus: Vec<f64>,
     matrices: Vec<f64>,
@@ -179,48 +179,51 @@ impl<const A: usize> ArrayBank for One<A> {
 
 /// Fusion of many gyros of one body, live or in batches.
 ///
-/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all rates are
-/// rotated into the axes of the body. At rest sensors are weighted by their noise, from Allan
-/// variances over an eighth of a second, one and four seconds; in motion, where scale errors
-/// decide, nearly equal. A sample far from the median of the other sensors is not used. A sensor
-/// that disagrees over a quarter of a second, for whatever fault (offset, sign, scale, exchanged
-/// axes, noise), is left out until it has agreed for 10 s at a rate that would have shown the
-/// fault. If two sensors disagree it is unknown which one is wrong: both are used, and ``health``
-/// is ``"disputed"``.
+/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does. Then all rates are
+/// rotated into the axes of the body. At rest the weights follow the sensors' noise, from Allan
+/// variances over 1/8 s, 1 s and 4 s. In motion, where scale errors dominate, the weights are
+/// nearly equal.
 ///
-/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. An
-/// array of one sensor is bit-identical to a ``DriftFilter``. A sample that is not finite is
-/// missing, and so is one of a stuck sensor; where no sample is left the rate is NaN. One object
-/// serves one thread at a time.
+/// A sample far from the median of the other sensors is not used. A sensor is excluded if it
+/// disagrees with the others over a quarter of a second. The fault may be an offset, sign, scale,
+/// exchanged axes or noise. The sensor returns once it has agreed for 10 s, at a rate at which the
+/// fault would show. If two sensors disagree, it is unknown which sensor is wrong: both are used,
+/// and ``health`` is ``"disputed"``.
+///
+/// N sensors have about sqrt(N) times less noise than one sensor; the excess over this is seldom
+/// more than 20 %. An array of one sensor gives bit-identical results to a ``DriftFilter``. A
+/// sample that is not finite is missing, and a sample of a stuck sensor counts as missing. The rate
+/// is NaN if no sample is left. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second.
 /// sensors : int, optional
-///     Number of gyros, 1 to 256; may be left out if ``rotations`` or ``calibrations`` are given.
+///     Number of gyros, 1 to 256; optional if ``rotations`` or ``calibrations`` are given.
 /// axes : {3, 1}
-///     Axes of each gyro.
+///     Number of axes of each gyro.
 /// rotations : array_like, shape (sensors, 3, 3), optional
-///     From each sensor's axes to those of the body; by default all are aligned.
+///     Rotation matrices from each sensor's axes to the body's; by default all axes are aligned.
 /// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
-///     One per sensor, for samples in the unit of the array: its scale and misalignment are
-///     corrected in its own axes. Biases are learned; only ``Calibration.apply`` removes
-///     g-sensitivity.
+///     One per sensor, for samples in the unit of the array. Scale and misalignment are corrected
+///     in the sensor's own axes. Biases are learned. g-sensitivity is not corrected here;
+///     ``Calibration.apply`` removes it.
 /// limit : float, optional
-///     Size from which a sample is saturated and counts as missing.
+///     Saturation level: a sample of this size or more counts as missing.
 /// rest_limit, bias_limit : float, optional
 ///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
-///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
-///     those of ``allan_covariance(z, rate).virtual_gyro()``.
+///     ``"auto"`` weighs by noise and scale error, ``"mean"`` equally, ``"white"`` by white noise
+///     alone. An array states the weights, for example from
+///     ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
-///     Standard deviation of the sensors' scale factors, 0 to 1.
+///     Standard deviation of the sensors' scale factors, from 0 to 1.
 /// method : {"auto", "centralised"}
-///     ``"centralised"`` is the published filter of two stages, for comparison: it models the rate
+///     ``"centralised"`` is the published filter of two stages, for comparison. It models the rate
 ///     itself as a random walk, removes no bias, and lags behind every motion.
 /// labels : sequence of str, optional
-///     Names of the sensors; by default ``"1"``, ``"2"``, …
+///     Names of the sensors; by default ``"1"``, ``"2"``, and onwards.
 ///
 /// Raises
 /// ------
@@ -229,8 +232,8 @@ impl<const A: usize> ArrayBank for One<A> {
 ///
 /// References
 /// ----------
-/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao, of which only the abstract was available;
-/// process noise and order of both stages are chosen to match its results at rest.
+/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao. Only the abstract was available. Process noise
+/// and the order of the two stages are chosen to match its results at rest.
 ///
 /// Examples
 /// --------
@@ -271,7 +274,7 @@ impl GyroArray {
         weights=None, scale_error=0.01, method="auto", labels=None
     ), text_signature = "(rate, sensors=None, *, axes=3, rotations=None, calibrations=None, limit=None, rest_limit=None, \
         bias_limit=None, weights='auto', scale_error=0.01, method='auto', labels=None)")]
-    // The arguments are those of the class in Python.
+    // The arguments are the same as in the Python class.
     #[allow(clippy::too_many_arguments)]
     fn new(
         rate: f64,
@@ -365,16 +368,19 @@ impl GyroArray {
         Ok(call("GyroArray", &arguments, None))
     }
 
-    /// Process one sample of every sensor and return the rate of the body: (sensors, 3) to (3,),
-    /// with one axis (sensors,) to float; NaN where no sensor is left.
+    /// Process one sample of every sensor and return the rate of the body.
+    ///
+    /// The sample is (sensors, 3) and the rate (3,); with one axis (sensors,) and float. NaN if no
+    /// sensor is left.
     fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.update(z)
     }
 
-    /// Like ``process``, but return all estimates after each sample by name: ``rate`` (n, 3);
-    /// ``bias`` (n, sensors, 3) in each sensor's own axes; ``weights`` and ``used`` (n, sensors,
-    /// 3); ``excluded`` (n, sensors), ``disputed`` (n,), and ``at_rest`` (n, 3), as after the
-    /// sample. With one axis the last axis is omitted.
+    /// Process a batch and return all estimates after each sample, as arrays by name.
+    ///
+    /// ``rate`` is (n, 3). ``bias`` is (n, sensors, 3), in each sensor's own axes. ``weights`` and
+    /// ``used`` are (n, sensors, 3), ``excluded`` is (n, sensors), ``disputed`` is (n,), and
+    /// ``at_rest`` is (n, 3). With one axis the last axis is omitted.
     fn trace<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let (py, [z]) = (z.py(), arrays::taken(slf, ["z"], [Some(z)])?);
         let mut this = exclusive(slf)?;
@@ -392,15 +398,17 @@ impl GyroArray {
         seen.named(py, n, &axes)
     }
 
-    /// Forget the biases and keep the noise, after the sensors were off.
+    /// Forget the biases and keep the noise: for sensors that were switched off and on.
     fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.bank.power_on();
         Ok(())
     }
 
-    /// Allan covariances at rest to date, of one axis of the body: averaging times in s (m,),
-    /// covariances (m, sensors, sensors) in the unit of the samples squared, and the number of
-    /// differences of successive means of each (m, sensors, sensors).
+    /// Allan covariances at rest to date, of one axis of the body.
+    ///
+    /// The averaging times are in s, (m,). The covariances are in the samples' unit squared, (m,
+    /// sensors, sensors). The counts, (m, sensors, sensors), are the differences of successive
+    /// means in each covariance.
     #[pyo3(signature = (axis=0))]
     fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
@@ -426,28 +434,30 @@ getters! { GyroArray, slf, py, this;
     rate: f64 = this.shared.bank.params().rate;
     /// Number of gyros.
     sensors: usize = this.shared.bank.params().sensors;
-    /// Axes of each gyro.
+    /// Number of axes of each gyro.
     axes: usize = this.shared.bank.axes();
     /// Names of the sensors.
     labels: Bound<'py, PyTuple> = PyTuple::new(py, &this.shared.bank.params().labels)?;
     /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
     bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
-    /// Standard deviation of ``bias``, of its mean over the next 10 s as of `DriftFilter`; with
-    /// "centralised", which removes no bias, that of each sensor alone: (sensors, 3), with one axis
-    /// (sensors,).
+    /// Standard deviation of ``bias``: (sensors, 3), with one axis (sensors,).
+    ///
+    /// It belongs to the mean bias over the next 10 s, as in `DriftFilter`. With "centralised",
+    /// which removes no bias, it is each sensor's own standard deviation.
     bias_sigma: Object<'py> = arrays::array(py, this.shared.bank.bias_sigmas(), this.shared.axes())?;
-    /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one
-    /// axis (sensors,).
+    /// Weight of each sensor in the last rate, 0 if unused: (sensors, 3), with one axis (sensors,).
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
-    /// Health of each sensor: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
-    /// ``"excluded"`` or ``"disputed"``.
+    /// Health of each sensor, a tuple of str.
+    ///
+    /// Values are ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``, ``"excluded"`` and
+    /// ``"disputed"``.
     health: Bound<'py, PyTuple> = {
         let health = this.shared.bank.health();
         PyTuple::new(py, health.into_iter().map(Health::name))?
     };
-    /// Mask of rest: (3,), with one axis (1,).
+    /// True for each axis at rest: (3,), with one axis (1,).
     at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
-    /// Samples to date, the missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
 }
 
@@ -597,8 +607,7 @@ fn matrices(name: &str, given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f
     Ok(arrays::named(name, given, "(sensors, 3, 3)", fits)?.values)
 }
 
-/// Matrices of calibrations, which they know, or as they are given: C in `rate = C (sample -
-/// bias)`.
+/// Matrices C in `rate = C (sample - bias)`, from calibrations or as given.
 fn corrections_of(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
     const ASK: &str = "__gyro_correction__";
     if given.hasattr(ASK)? {

@@ -11,28 +11,28 @@ use crate::common::work::interruptible;
 type Array<'py> = Bound<'py, PyAny>;
 type Vector<'py, T = f64> = Bound<'py, PyArray1<T>>;
 
-/// Means over ticks of 0.02 s of a sensor's samples at increasing times.
+/// Return the means of a sensor's samples over ticks of 0.02 s, at increasing times.
 ///
 /// Parameters
 /// ----------
 /// time : array_like, shape (n,)
-///     s.
+///     Times of the samples, s.
 /// values : array_like, shape (n, 3)
-///     NaN and what is at the end of the sensor's range is missing.
+///     Samples. NaN is missing, and a sample at the end of the sensor's range is missing.
 /// start : float
-///     Where the first tick begins, s.
+///     Time at which the first tick begins, s.
 /// count : int
-///     Of ticks.
+///     Number of ticks.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (count, 3)
-///     NaN where the half of a tick or more is missing.
+///     Means; NaN if half of a tick's samples or more are missing.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape.
+///     An array has another shape.
 #[pyfunction]
 pub fn check_ticks<'py>(
     py: Python<'py>,
@@ -50,32 +50,32 @@ pub fn check_ticks<'py>(
     array(py, found.into_flattened(), &[count, 3])
 }
 
-/// Costs of units and senses of a gyro, by ticks of it and of an accelerometer.
+/// Return the costs of a gyro's units and axis senses, from ticks of the gyro and an accelerometer.
 ///
 /// Parameters
 /// ----------
 /// rates : array_like, shape (n, 3)
-///     rad/s, as the gyro's unit is named; NaN where missing.
+///     Rates in the named unit, converted to rad/s; NaN if missing.
 /// forces : array_like, shape (n, 3)
-///     By their median size.
+///     Forces, divided by their median size.
 ///
 /// Returns
 /// -------
 /// costs : ndarray, shape (3, 48, w)
-///     Of units, senses and windows; what was given is the first.
+///     Costs by unit, sense and window; the stated unit and sense come first.
 /// null : ndarray, shape (w,)
-///     Of the force as the sensor has it.
+///     Cost of the forces if the gyro's rotation is ignored.
 /// biases : ndarray, shape (3, 48, 3)
-///     rad/s.
+///     Bias for each unit and sense, rad/s.
 /// starts : ndarray of int, shape (w,)
 ///     First tick of each window.
 /// length : int
-///     Ticks of a window.
+///     Number of ticks in a window.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape.
+///     An array has another shape.
 #[pyfunction]
 pub fn check_gyro<'py>(
     py: Python<'py>,
@@ -96,31 +96,32 @@ pub fn check_gyro<'py>(
     ))
 }
 
-/// The bias, matrix and delay of a gyro that fit an accelerometer best.
+/// Return the bias, matrix and delay of a gyro that fit an accelerometer best.
 ///
 /// Parameters
 /// ----------
 /// rates, forces : array_like, shape (n, 3)
 ///     As in ``check_gyro``.
 /// starts : array_like of int, shape (w,)
-///     First tick of each window, from there.
+///     First tick of each window, as returned by ``check_gyro``.
 /// length : int
-///     Ticks of a window.
+///     Number of ticks in a window.
 /// bias : array_like, shape (3,)
-///     To begin with, rad/s.
+///     Initial bias, rad/s.
 /// fits : bool
-///     Whether the gyro is known to fit: deviations are then right. Else its errors are kept small.
+///     True if the gyro is known to fit: the standard deviations are then correct. With False the
+///     gyro's errors are kept small.
 ///
 /// Returns
 /// -------
 /// costs : ndarray, shape (w,)
 /// numbers, sigmas : ndarray, shape (13,)
-///     Bias, rad/s; the matrix minus 1, by rows; delay of the gyro, s.
+///     Bias, rad/s; matrix minus 1, row by row; delay of the gyro, s.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, or a window that is not within the ticks.
+///     An array has another shape, or a window is not within the ticks.
 #[pyfunction]
 pub fn check_fit<'py>(
     py: Python<'py>,
@@ -148,30 +149,30 @@ pub fn check_fit<'py>(
     Ok((found.costs.into_pyarray(py), numbers(found.numbers), numbers(found.sigmas)))
 }
 
-/// Costs of senses of a magnetometer, by ticks of it and of a gyro.
+/// Return the costs of a magnetometer's axis senses, from ticks of the magnetometer and a gyro.
 ///
 /// Parameters
 /// ----------
 /// rates : array_like, shape (n, 3)
-///     rad/s, without bias; NaN where missing.
+///     Rates without bias, rad/s; NaN if missing.
 /// fields : array_like, shape (n, 3)
-///     By their median size.
+///     Fields, divided by their median size.
 ///
 /// Returns
 /// -------
 /// costs : ndarray, shape (24, w)
-///     Of rotations and windows.
+///     Costs by rotation and window.
 /// null : ndarray, shape (w,)
-///     Of the field as the sensor has it.
+///     Cost of the fields if the gyro's rotation is ignored.
 /// starts : ndarray of int, shape (w,)
 ///     First tick of each window.
 /// length : int
-///     Ticks of a window.
+///     Number of ticks in a window.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape.
+///     An array has another shape.
 #[pyfunction]
 pub fn check_field<'py>(
     py: Python<'py>,

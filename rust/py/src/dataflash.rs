@@ -1,4 +1,4 @@
-//! ArduPilot's binary logs, for Python.
+//! ArduPilot's DataFlash logs, for Python.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -7,10 +7,10 @@ use zerorate_core::dataflash::Index;
 
 use crate::common::work::interruptible;
 
-/// Bytes that take as long as a sample of a filter.
+/// Number of bytes that take as long as one sample of a filter.
 const BYTES_A_SAMPLE: usize = 256;
 
-/// Number, name, format, columns and length of a kind of messages, and where they begin.
+/// Number, name, format, columns and length of a message type, and the positions of its messages.
 type Kind<'py> = (
     u8,
     Bound<'py, PyBytes>,
@@ -20,28 +20,28 @@ type Kind<'py> = (
     Bound<'py, PyArray1<u64>>,
 );
 
-/// Returns the messages that a DataFlash log declares, and where the sound ones stand.
+/// Return the message types of a DataFlash log, and the positions of the valid messages.
 ///
 /// Parameters
 /// ----------
 /// raw : ndarray of uint8, shape (n,)
-///     The bytes of the log, which nobody changes meanwhile.
+///     Bytes of the log; they must not change during the call.
 ///
 /// Returns
 /// -------
 /// kinds : list of tuple
-///     Of each kind: its number, its name, its format (a letter a field), the names of its fields
-///     with commas between, all as bytes without the zeros behind them, the bytes of a message, and
-///     where its messages begin, uint64, shape (k,).
+///     For each message type: its number, name, format (one letter per field) and field names, with
+///     commas between. Name, format and field names are bytes without the zeros behind them. Then
+///     the bytes per message, and the positions of its messages, uint64, shape (k,).
 /// lost : int
-///     Bytes that belong to no sound message.
+///     Number of bytes outside of valid messages.
 /// cut : int
-///     Bytes of a last message that the log ends within.
+///     Number of bytes of a last message that the log cuts off.
 ///
 /// Raises
 /// ------
 /// TypeError
-///     If the bytes are not contiguous.
+///     The bytes are not contiguous.
 #[pyfunction]
 pub fn dataflash_index<'py>(
     py: Python<'py>,

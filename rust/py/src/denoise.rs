@@ -15,36 +15,36 @@ use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, positive, reading, streaming, text};
 use crate::common::work::interruptible;
 
-/// Part of the sum that the largest detail may be.
+/// Largest detail as a share of the sum of details, at most: limit of rule "psr".
 const PEAK_TO_SUM: f64 = 0.05;
 
-/// That part over the one that noise shows.
+/// The same share relative to the share that pure noise has: limit of rule "psr-normalised".
 const PEAK_TO_SUM_OVER_NOISE: f64 = 1.5;
 
 type Vector<'py, T> = Bound<'py, PyArray1<T>>;
 type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vector<'py, f64>);
 
-/// Denoising of records: details no larger than noise are removed.
+/// Denoise records: remove details that are no larger than noise.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,) or (n, k)
-///     Samples, none of them missing.
+///     Samples; missing samples are refused.
 /// wavelet : str
-///     "haar", "db2", "db4" or "db8".
+///     Name of the wavelet: "haar", "db2", "db4" or "db8".
 /// level : int or str
-///     The last level, or the rule that finds it: "psr", "psr-normalised", "auto".
+///     Last level, or the rule that finds it: "psr", "psr-normalised" or "auto".
 /// rho : float or None
-///     The cut of the first two.
+///     Limit of the rules "psr" and "psr-normalised"; None is the rule's default.
 /// mode : str
-///     "soft" or "hard".
+///     Treatment of details above the threshold: "soft" or "hard".
 /// approximation : bool
-///     Whether what is below the last level is thresholded too.
+///     True if the approximation below the last level is thresholded, too.
 ///
 /// Returns
 /// -------
 /// tuple
-///     signal as ``z``; level, sigma, threshold, shape (k,), one a column.
+///     The signal, with the shape of ``z``; then level, sigma and threshold, each (k,).
 ///
 /// Raises
 /// ------
@@ -67,7 +67,7 @@ pub fn denoise<'py>(
     let (n, k) = (columns[0].len(), columns.len());
     check_depth(wavelet, n, if let LevelRule::Fixed(last) = level { last } else { 1 })?;
     let how = Shrinkage { wavelet, level, mode, approximation };
-    // NumPy's memory comes in huge pages: in small ones it would take longer than the work.
+    // NumPy allocates huge pages. With small pages the allocation would take longer than the work.
     let signals = arrays::zeros::<f64>(py, &[k, n])?;
     let room = arrays::zeros::<f64>(py, &[how.room(n)])?;
     let found = {
@@ -91,8 +91,9 @@ pub fn denoise<'py>(
     Ok((signal, levels.into_pyarray(py), sigma.into_pyarray(py), threshold.into_pyarray(py)))
 }
 
-/// Decompose a record into the approximation below so many levels, then the details from the last
-/// level to the first.
+/// Decompose a record into an approximation and details, from the last level to the first.
+///
+/// The approximation is the signal below ``level`` octaves.
 ///
 /// Raises
 /// ------
@@ -176,7 +177,7 @@ fn check_depth(wavelet: Wavelet, n: usize, level: usize) -> PyResult<()> {
     Ok(())
 }
 
-/// Records side by side: of an array of one axis where it stands.
+/// Parallel records; an array with one axis is read in place.
 enum Records<'py> {
     InPlace(PyReadonlyArray1<'py, f64>),
     Copied(arrays::Columns),
@@ -191,7 +192,7 @@ impl<'py> Records<'py> {
         }
     }
 
-    /// All of them, none with a gap.
+    /// All records, if no record has a gap.
     fn whole(&self) -> PyResult<Vec<&[f64]>> {
         let (records, axes) = match self {
             Self::InPlace(array) => (vec![array.as_slice()?], None),
@@ -215,9 +216,9 @@ impl<'py> Records<'py> {
     }
 }
 
-/// The first sample that is not finite.
+/// Index of the first sample that is not finite.
 fn missing(record: &[f64]) -> Option<usize> {
-    // Piece by piece, of which each is looked at without a branch.
+    // Piece by piece, without a branch per sample.
     let whole = |piece: &[f64]| piece.iter().fold(true, |all, z| all & z.is_finite());
     if record.chunks(1 << 10).all(whole) {
         return None;
@@ -225,40 +226,43 @@ fn missing(record: &[f64]) -> Option<usize> {
     record.iter().position(|z| !z.is_finite())
 }
 
-/// Live wavelet denoising, with a known delay.
+/// Live wavelet denoising with a known delay.
 ///
-/// A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
+/// A decimated bank of Daubechies' filters splits the signal into octaves. Details smaller than
 /// ``threshold`` standard deviations of the noise are removed (VisuShrink), and the signal is
 /// reconstructed. ``update`` returns the value of the sample ``delay`` samples ago, exactly
-/// ``(2**level - 1) * (taps - 1) + 1``: with ``threshold=0`` it is that sample, to rounding. **At
-/// equal delay a linear-phase low-pass is nearly always better**: docs/explanation/wavelets.md.
+/// ``(2**level - 1) * (taps - 1) + 1``. With ``threshold=0`` it returns that sample, to rounding.
+/// **At equal delay a linear-phase low-pass is nearly always better**:
+/// docs/explanation/wavelets.md.
 ///
-/// The standard deviation of the noise is learned from the finest octave, by counting the details
-/// within it: no outlier changes it by more than any other sample. It begins with sixteen details,
-/// and before that nothing is removed. Motion that is quick enough to reach the finest octave
-/// counts as noise after a while; the longer the filter, the quicker it must be.
+/// The standard deviation of the noise is learned from the details of the finest octave, by
+/// counting. An outlier changes it no more than any other sample does. Learning begins with sixteen
+/// details; before, nothing is removed. Motion that reaches the finest octave counts as noise after
+/// a while. A longer filter keeps faster motion out of this octave.
 ///
-/// A sample that is not finite (or ``update(None)``) is missing: the last one replaces it, and
-/// details that contain it do not change the noise. Before the first sample NaN is returned. One
+/// A sample that is not finite (or ``update(None)``) is missing: the last sample replaces it, and
+/// details that contain it do not change the noise. The output is NaN before the first sample. One
 /// object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples per second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
+///     Samples per second; they set ``delay_seconds`` and the time constant of the noise, about 10
+///     s.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
-///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
+///     Name of the wavelet, with 2, 4, 8 or 16 taps. A short wavelet delays less, a long wavelet
+///     distinguishes motion from noise better.
 /// level : int, default 3
-///     Number of denoised octaves, from 1 to 10: each halves the variance of white noise and
+///     Number of denoised octaves, from 1 to 10. Each octave halves the variance of white noise and
 ///     doubles the delay.
 /// mode : {"hard", "soft"}, default "hard"
-///     Details above the threshold stay, or shrink by it: soft is smoother at rest and distorts
-///     motion.
+///     Treatment of details above the threshold: "hard" keeps them, "soft" shrinks them by the
+///     threshold. "soft" is smoother at rest and distorts motion.
 /// threshold : float, default 4.0
-///     In standard deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 removes
-///     nothing.
+///     Threshold in standard deviations of the noise; 4 is VisuShrink's value for 3000 samples. 0
+///     removes nothing.
 /// channels : int, optional
-///     Number of signals; ``None`` is a single one.
+///     Number of signals; ``None`` is a single signal without a channel axis.
 ///
 /// Raises
 /// ------
@@ -334,8 +338,9 @@ getters! { WaveletDenoiser, slf, py, this;
     delay: u64 = this.first().delay();
     /// Delay of the output, s.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Standard deviation of the noise to date, in the samples' unit, zero before it is known:
-    /// float, with channels (k,).
+    /// Standard deviation of the noise to date: float, with channels (k,).
+    ///
+    /// Its unit is the samples' unit; zero before it is known.
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
     /// Number of missing samples to date: int, with channels (k,).
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;

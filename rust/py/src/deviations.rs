@@ -14,39 +14,41 @@ use crate::common::work::interruptible;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// Deviations of the Allan family of rate records, at averaging factors given in samples.
+/// Return deviations of the Allan family of rate records, at averaging factors in samples.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,) or (n, k)
-///     Rates of one axis or of k. Those not finite or masked are missing: each segment between two
-///     gaps counts as far as whole terms fit into it.
+///     Rates of one axis or of k axes. Rates that are not finite or masked are missing. Each
+///     segment between two gaps counts only terms that lie within it.
 /// factors : sequence of int
 ///     Averaging times m in samples, at least 1.
 /// kind : str, default "oadev"
-///     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "ttotdev",
-///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" has the averaging time
-///     0.75 m and needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
+///     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "ttotdev", "htotdev",
+///     "theo1" or "pdev". No kind is corrected for bias. "theo1" has the averaging time 0.75 m and
+///     needs an even m of at least 10. "tdev" and "ttotdev" are in the unit of ``z`` times samples.
 /// bridge : int, default 0
-///     Gaps of at most so many samples are first closed by a straight line.
+///     Longest gap, in samples, that is closed by a straight line first.
 /// threads : int, optional
-///     1 stays on this thread, more make a pool of so many; the default is the process's own pool,
-///     as wide as the machine. The result is the same to the last bit.
+///     Number of threads. 1 stays on the calling thread, more create a pool of this size. The
+///     default is the process's own pool, with as many threads as the machine has. The result is
+///     bit-identical.
 ///
 /// Returns
 /// -------
 /// deviation : ndarray, float64, shape (t,) or (t, k)
-///     In the unit of ``z``, one row a factor; NaN where there is no term.
+///     Deviations in the unit of ``z``, one row per factor; NaN without a term.
 /// terms : ndarray, int64, shape (t,) or (t, k)
-///     Number of terms, overlapping ones counted each.
+///     Number of terms; each overlapping term is counted.
 /// exponent : ndarray, int64, shape (t,) or (t, k)
-///     α of the rate's noise S(f) ~ f^α at that averaging time, -4 (Hadamard kinds) or -2 to 2;
-///     where it cannot be identified, that of the factor before, at first 0.
+///     Exponent α of the rate's noise S(f) ~ f^α at that averaging time. It is from -4 for Hadamard
+///     kinds, else from -2, to 2. If it cannot be identified, the previous factor's exponent is
+///     used, at first 0.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An unknown kind, a factor below 1, or ``z`` of another shape.
+///     The kind is unknown, a factor is below 1, or ``z`` has another shape.
 /// TypeError
 ///     ``z`` does not hold real numbers.
 ///
@@ -87,12 +89,12 @@ pub fn allan_deviations<'py>(
     tabulate(z.py(), &curves, &shape)
 }
 
-/// Largest averaging factor of a kind that has a term in a record of n samples, 0 if none has.
+/// Return the largest averaging factor with a term in a record of n samples, 0 if there is none.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An unknown kind, or a negative n.
+///     The kind is unknown, or n is negative.
 #[pyfunction]
 pub fn longest_factor(kind: &str, n: i128) -> PyResult<usize> {
     let samples = usize::try_from(n)
@@ -100,7 +102,7 @@ pub fn longest_factor(kind: &str, n: i128) -> PyResult<usize> {
     Ok(named(kind)?.longest(samples))
 }
 
-/// Averaging factors: of an array at once, which may be as long as a record.
+/// Averaging factors of an array, read at once, since the array may be as long as a record.
 fn read(factors: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
     let factor = |m| positive("a factor", m);
     match factors.cast::<PyArray1<i64>>() {
@@ -116,7 +118,7 @@ fn named(kind: &str) -> PyResult<Kind> {
     })
 }
 
-/// Runs `work` on the process's pool, on one of its own, or, for one thread, where it is called.
+/// Runs `work` on the process's pool, on a new pool, or, for one thread, on the calling thread.
 fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Send) -> PyResult<R> {
     match threads {
         None => Ok(on_pool(|| work(true))),
@@ -131,7 +133,7 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Se
     }
 }
 
-/// Arrays of one row a factor and one column an axis.
+/// Arrays with one row per factor and one column per axis.
 fn tabulate<'py>(py: Python<'py>, curves: &[Curve], shape: &[usize]) -> PyResult<Arrays<'py>> {
     let rows = || (0..shape[0]).flat_map(|t| curves.iter().map(move |curve| (curve, t)));
     let deviations =

@@ -13,7 +13,7 @@ use crate::common::work::interruptible;
 type Vector<'py, T = f64> = Bound<'py, PyArray1<T>>;
 type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
 
-/// One autoregressive model of samples, shape (n,), NaN where missing.
+/// Return one autoregressive model of samples, shape (n,), NaN if missing.
 ///
 /// Returns
 /// -------
@@ -23,7 +23,7 @@ type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
 /// Raises
 /// ------
 /// ValueError
-///     An unknown method, or a record that does not determine the model.
+///     The method is unknown, or the record does not determine the model.
 #[pyfunction]
 pub fn fit_autoregression<'py>(
     z: &Bound<'py, PyAny>,
@@ -40,7 +40,7 @@ pub fn fit_autoregression<'py>(
     Ok((fit.phi.into_pyarray(py), fit.constant, fit.sigma2, covariance, fit.n, fit.condition))
 }
 
-/// Variances of the residuals of orders 0..=order, shape (order + 1,), and their number.
+/// Return residual variances of orders 0..=order, shape (order + 1,), and the number of residuals.
 #[pyfunction]
 pub fn autoregression_variances<'py>(
     z: &Bound<'py, PyAny>,
@@ -56,8 +56,8 @@ pub fn autoregression_variances<'py>(
     Ok((variances.into_pyarray(py), n))
 }
 
-/// Samples that take a thousand times as long as one of this record, which at low orders takes no
-/// longer than a copy.
+/// Number of samples that take a thousand times as long as one sample of this record. At low orders
+/// a sample takes no longer than its copy.
 fn work_of(z: &[f64], order: usize) -> usize {
     z.len().saturating_mul(order.saturating_add(1)) / 1000
 }
@@ -79,36 +79,37 @@ type Fit<'py> = (
     (bool, bool, bool, usize),
 );
 
-/// The ARMA(p, q) model that fits a record best.
+/// Return the ARMA(p, q) model that fits a record best.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Samples, NaN where missing.
+///     Samples, NaN if missing.
 /// p, q : int
 ///     Orders, at most 8.
 /// constant : bool
-///     Whether a constant is estimated.
+///     True if a constant is estimated.
 /// exact : bool
-///     Whether by the exact Gaussian likelihood, not by conditional least squares.
+///     True for the exact Gaussian likelihood, False for conditional least squares.
 /// start : sequence of float, optional
-///     [phi, theta, c], without c if there is no constant: where to search, and nowhere else.
+///     [phi, theta, c] at which the search starts, without c if there is no constant. No other
+///     start is tried.
 ///
 /// Returns
 /// -------
 /// model : tuple
 ///     phi, theta, constant, sigma2 and the covariance of [phi, theta, constant].
 /// numbers : tuple
-///     Count of innovations, log-likelihood, condition, standard error of the mean; mean (zero
-///     without a constant) and deviation of the record.
+///     Number of innovations, log-likelihood, condition, and standard error of the mean; then the
+///     record's mean (zero without a constant) and standard deviation.
 /// search : tuple
-///     Whether it converged, whether a root of phi and one of theta lies on the unit circle, and
-///     its passes over the record.
+///     True if the search converged, True if a root of phi and a root of theta lie on the unit
+///     circle, and the number of passes over the record.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An order beyond 8, or too few samples.
+///     An order is beyond 8, or there are too few samples.
 #[pyfunction]
 #[pyo3(signature = (z, p, q, constant, exact, start=None))]
 pub fn arma_fit<'py>(
@@ -139,21 +140,21 @@ pub fn arma_fit<'py>(
 
 type Grid<'py> = (Matrix<'py>, Matrix<'py, bool>, Matrix<'py, i64>, usize, Vec<Vector<'py>>);
 
-/// Fits of all orders up to (p, q) on the same residuals.
+/// Fit all orders up to (p, q) on the same residuals.
 ///
 /// Returns
 /// -------
 /// sigma2, converged, evaluations : ndarray, float64, bool and int64, shape (p + 1, q + 1)
-///     Variance of the innovations, whether a search converged, and passes over the record.
+///     Variance of the innovations, True if a search converged, and passes over the record.
 /// count : int
 ///     Number of residuals.
 /// coefficients : list of ndarray
-///     [phi, theta, c] of each order, row after row of one p.
+///     [phi, theta, c] of each order, row by row; a row has one p.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An order beyond 8, or too few samples.
+///     An order is beyond 8, or there are too few samples.
 #[pyfunction]
 pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Grid<'py>> {
     let (py, values) = (z.py(), arrays::record(z)?);
@@ -172,14 +173,16 @@ pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Gri
     ))
 }
 
-/// Parts of the exact Gaussian likelihood of a record under a stationary process: the sum of the
-/// squared innovations over their deviations at unit innovation variance, the sum of the logarithms
-/// of these variances, and the number of samples present.
+/// Return the parts of the exact Gaussian likelihood of a record under a stationary process.
+///
+/// They are three numbers. The first is the sum of the squared innovations, each over its variance
+/// at unit innovation variance. The second is the sum of the logarithms of these variances. The
+/// third is the number of samples present.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If `phi` is not stationary or an order is beyond 8.
+///     `phi` is not stationary, or an order is beyond 8.
 #[pyfunction]
 pub fn arma_likelihood(
     z: &Bound<'_, PyAny>,
@@ -197,23 +200,23 @@ pub fn arma_likelihood(
     Ok((found.sum_of_squares, found.log_determinant, found.count))
 }
 
-/// Conditional residuals of an ARMA model, each segment between missing samples starting again.
+/// Return the conditional residuals of an ARMA model; they start again after missing samples.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Samples; those not finite are missing.
+///     Samples; a sample that is not finite is missing.
 /// phi, theta : sequence of float
-///     Coefficients.
+///     Coefficients of the model.
 /// centre : float
-///     Subtracted from every sample first.
+///     Value that is subtracted from every sample first.
 /// constant : float
-///     Constant of the centred samples.
+///     Constant of the model for centred samples.
 ///
 /// Returns
 /// -------
 /// ndarray, float64, shape (n,)
-///     NaN for missing samples and the first p of each segment.
+///     Residuals; NaN for missing samples and the first p samples of each segment.
 #[pyfunction]
 pub fn arma_residuals<'py>(
     z: &Bound<'py, PyAny>,
@@ -228,7 +231,7 @@ pub fn arma_residuals<'py>(
     Ok(residuals.into_pyarray(z.py()))
 }
 
-/// Number of residuals, if there are enough of them.
+/// Number of residuals, if it is large enough.
 fn check_residuals(series: &Series, p: usize, q: usize) -> PyResult<usize> {
     check_orders(p, q)?;
     let (count, least) = (series.residuals(p), 2 * (p + q + 1));
@@ -261,29 +264,30 @@ fn check_start(start: Option<&[f64]>, size: usize) -> PyResult<()> {
     }
 }
 
-/// A record with its outliers replaced by the median of a running window.
+/// Return a record with its outliers replaced by the median of a running window.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Those not finite are missing.
+///     Samples; a sample that is not finite is missing.
 /// width : int
-///     Samples of a window, at least 1.
+///     Number of samples in a window, at least 1.
 /// threshold : float
-///     Deviations, 1.4826 times the median distance from the median, that are too far.
+///     Limit in standard deviations; a standard deviation is 1.4826 times the median distance from
+///     the median.
 /// least_deviation : float
-///     In the unit of ``z``.
+///     Smallest standard deviation, in the unit of ``z``.
 ///
 /// Returns
 /// -------
 /// cleaned : ndarray, float64, shape (n,)
 /// places : ndarray, int64, shape (m,)
-///     Which samples were replaced.
+///     Indices of the replaced samples.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A width below 1, or ``z`` of another shape.
+///     The width is below 1, or ``z`` has another shape.
 #[pyfunction]
 pub fn without_outliers<'py>(
     z: &Bound<'py, PyAny>,
@@ -298,26 +302,26 @@ pub fn without_outliers<'py>(
     Ok((values.into_pyarray(py), places.into_pyarray(py)))
 }
 
-/// Sums of products of samples so many apart, of which none reaches across a missing one.
+/// Return sums of lagged products, without products across a missing sample.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Less its mean; those not finite are missing.
+///     Samples minus their mean; a sample that is not finite is missing.
 /// lags : int
-///     The greatest lag, at least 1.
+///     Largest lag in samples, at least 1.
 ///
 /// Returns
 /// -------
 /// sums : ndarray, float64, shape (lags + 1,)
-///     Of z_k z_(k+l).
+///     Sums of z_k z_(k+l).
 /// pairs : ndarray, int64, shape (lags + 1,)
-///     How many products were summed.
+///     Number of products in each sum.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     ``lags`` below 1, or ``z`` of another shape.
+///     ``lags`` is below 1, or ``z`` has another shape.
 #[pyfunction]
 pub fn lagged_products<'py>(
     z: &Bound<'py, PyAny>,
@@ -331,12 +335,12 @@ pub fn lagged_products<'py>(
     Ok((products.sums.into_pyarray(py), pairs.into_pyarray(py)))
 }
 
-/// Reversals of a record's order: pairs of values of which the earlier one is the greater.
+/// Return the reversals of a record: pairs of values with the larger value first.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Without missing samples.
+///     Samples, none missing.
 ///
 /// Returns
 /// -------
@@ -348,7 +352,7 @@ pub fn lagged_products<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     ``z`` of another shape, or a sample is missing.
+///     ``z`` has another shape, or a sample is missing.
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     let values = arrays::record(z)?;
@@ -360,7 +364,7 @@ pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     Ok((found.count, found.ties, found.tie_weight))
 }
 
-/// A matrix of so many rows, given row after row.
+/// A matrix with this number of rows, from values row after row.
 fn matrix<T: numpy::Element>(
     py: Python<'_>,
     values: Vec<T>,

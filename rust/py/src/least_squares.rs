@@ -70,9 +70,9 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 
 /// ARMA(p, q) model with a constant, learned while samples arrive.
 ///
-/// Recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]`` with
-/// a-posteriori residuals a (Fu & Han 2019, equations 8 to 13), on samples centred and scaled by a
-/// start-up window. A sample that is not finite (or ``update(None)``) is missing and changes
+/// The method is recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]``
+/// with a-posteriori residuals a (Fu & Han 2019, equations 8 to 13). Samples are centred and scaled
+/// by a start-up window. A sample that is not finite (or ``update(None)``) is missing and changes
 /// nothing. One object serves one thread at a time.
 ///
 /// Parameters
@@ -80,14 +80,15 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// order : (int, int), default (2, 1)
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
 /// forgetting_factor : float, default 1.0
-///     λ in (0, 1]: a small one forgets old samples quickly, 1 never forgets. The covariance never
-///     grows beyond its start.
+///     Forgetting factor λ in (0, 1]: a small λ forgets old samples quickly, 1 never forgets. The
+///     covariance never grows beyond its initial value.
 /// channels : int, optional
-///     Number of signals side by side; None is a single one.
+///     Number of parallel signals; None is a single signal without a channel axis.
 /// startup : int, default 100
-///     Number of samples from which offset and scale are learned (and until two samples differ).
+///     Number of samples from which offset and scale are learned; extended until two samples
+///     differ.
 /// scale : float, optional
-///     Standard deviation of the signal in its own unit, if known; else it is learned.
+///     Standard deviation of the signal in its own unit; by default it is learned.
 ///
 /// Raises
 /// ------
@@ -161,14 +162,15 @@ impl RecursiveLeastSquares {
 }
 
 getters! { RecursiveLeastSquares, slf, py, this;
-    /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
-    /// (k, p + q + 1).
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1).
     coefficients: Object<'py> = {
         let values = this.shared.bank.coefficients();
         this.shared.arrays(py, values, &[this.shared.bank.size()])?
     };
-    /// Covariance of the coefficients of the centred and scaled samples, over the variance of the
-    /// residuals: (p + q + 1, p + q + 1), with channels (k, p + q + 1, p + q + 1).
+    /// Covariance of the coefficients, for centred and scaled samples.
+    ///
+    /// It is divided by the variance of the residuals. The shape is (p + q + 1, p + q + 1), with
+    /// channels (k, p + q + 1, p + q + 1).
     covariance: Object<'py> = {
         let values = this.shared.bank.covariance();
         this.shared.arrays(py, values, &[this.shared.bank.size(); 2])?

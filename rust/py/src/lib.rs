@@ -86,7 +86,7 @@ mod _native {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();
-        // Where it is not, the first array that is read brings it.
+        // If NumPy is not imported yet, the first array that is read imports it.
         if py.import("sys")?.getattr("modules")?.contains("numpy")? {
             crate::common::arrays::find_numpy(py)?;
         }

@@ -18,55 +18,54 @@ use crate::common::rules::{self, Rule};
 use crate::common::streaming::{self, exclusive, reading, streaming};
 use crate::common::work::interruptible;
 
-/// Most states, measurements and inputs.
+/// Largest number of states, measurements and inputs.
 const MAX_SIZE: usize = 256;
-/// Multiplications between two looks for signals.
+/// Number of multiplications between two checks for signals.
 const PIECE: usize = 1 << 21;
 
-/// The linear Kalman filter, with an input, for a model of any kind: ``x = F x + B u + w``,
-/// ``z = H x + v`` with w of covariance Q and v of covariance R.
+/// Linear Kalman filter with an input, for any linear model.
 ///
-/// ``predict`` and ``update`` make one step, ``process`` processes a record, with identical
-/// results. The covariance is always corrected in Joseph's form. ``x0`` and ``P0`` belong to the
-/// time before the first sample: each sample, the first too, begins with a prediction.
+/// The model is ``x = F x + B u + w`` and ``z = H x + v``; w has covariance Q and v has covariance
+/// R. ``predict`` and ``update`` make one step, ``process`` processes a record with identical
+/// results. The covariance is always corrected in Joseph's form. ``x0`` and ``P0`` are valid before
+/// the first sample: each sample, including the first, begins with a prediction.
 ///
-/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a missing
-/// vector; the present elements of a vector correct. A missing input counts as zero. A measurement
-/// that the elements before it determine to rounding corrects nothing. One object serves one thread
-/// at a time.
+/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None is a missing vector.
+/// The other elements of the vector still correct the state. A missing input counts as zero. A
+/// measurement that the previous elements determine to rounding corrects nothing. One object serves
+/// one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// F : array_like, shape (n, n)
-///     Transition matrix of a step; n up to 256. Sizes up to 8 states and 4 measurements have
-///     code of their own.
+///     Transition matrix of a step; n up to 256. Up to 8 states and 4 measurements the code is
+///     specialised.
 /// H : array_like, shape (m, n)
 ///     Measurement matrix.
 /// Q, R : array_like, shape (n, n) and (m, m)
-///     Covariances of the process noise in a step, and of the measurement noise. A small Q smooths
+///     Covariances of the process noise per step, and of the measurement noise. A small Q smooths
 ///     and lags, a small R follows the measurements.
 /// B : array_like, shape (n, p), optional
 ///     Input matrix.
 /// x0 : array_like, shape (n,), or with channels (k, n) too, optional
 ///     Initial state, zero by default.
 /// P0 : array_like, shape (n, n), optional
-///     Its covariance. By default nothing is known: a standard deviation ten thousand times that of
-///     an estimate from as many samples as there are states.
+///     Covariance of ``x0``. By default the state is unknown: its standard deviation is ten
+///     thousand times the standard deviation of an estimate from n samples.
 /// channels : int, optional
-///     Number of filters side by side with the same matrices; ``None`` is a single one. While they
-///     miss the same samples they share one covariance, which is fast.
+///     Number of parallel filters with the same matrices; ``None`` is a single filter without a
+///     channel axis. Filters that miss the same samples share one covariance, which is fast.
 ///
 /// Raises
 /// ------
-/// ValueError
-///     A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
-///     semidefinite; or P0 is needed, because some state is not observable, or Q and R are zero and
-///     give no scale.
+///     A shape is wrong, a matrix is not finite, or a covariance is not symmetric or not positive
+///     semidefinite. Or P0 is needed, because a state is not observable, or because Q and R are
+///     zero.
 ///
 /// References
 /// ----------
-/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960. R. S. Bucy, P. D. Joseph, *Filtering
-/// for Stochastic Processes with Applications to Guidance*, 1968, for the form of the covariance.
+/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960. Joseph's form: R. S. Bucy, P. D.
+/// Joseph, *Filtering for Stochastic Processes with Applications to Guidance*, 1968.
 ///
 /// Examples
 /// --------
@@ -106,7 +105,7 @@ streaming!(LinearKalman);
 impl LinearKalman {
     #[new]
     #[pyo3(signature = (F, H, Q, R, B=None, x0=None, P0=None, channels=None))]
-    // The arguments are those of the class in Python.
+    // The arguments are the same as in the Python class.
     #[allow(clippy::too_many_arguments)]
     fn new(
         F: &Bound<'_, PyAny>,
@@ -157,9 +156,11 @@ impl LinearKalman {
         Ok(Self::of(bank.map_err(NativeError::from)?))
     }
 
-    /// Return the state one step later, ``x = F x + B u``, with ``P = F P F.T + Q``: (n,), with
-    /// channels (k, n). ``u`` is (p,), with channels (k, p), or a number for one input; None is no
-    /// input. Stated matrices apply to this step only; another B may have another number of inputs.
+    /// Predict one step, ``x = F x + B u`` and ``P = F P F.T + Q``, and return the state.
+    ///
+    /// The state is (n,), with channels (k, n). ``u`` is (p,), with channels (k, p), or a number
+    /// for one input; None is no input. Stated matrices apply to this step only; another B may have
+    /// another number of inputs.
     #[pyo3(signature = (u=None, *, F=None, B=None, Q=None))]
     fn predict<'py>(
         slf: &Bound<'py, Self>,
@@ -192,9 +193,10 @@ impl LinearKalman {
         filters.state(slf.py())
     }
 
-    /// Return the state corrected by a measurement: (n,), with channels (k, n). ``z`` is (m,), with
-    /// channels (k, m), or a number for one measurement; None is a missing vector. Stated matrices
-    /// apply to this step only.
+    /// Correct the state by a measurement and return it: (n,), with channels (k, n).
+    ///
+    /// ``z`` is (m,), with channels (k, m), or a number for one measurement; None is a missing
+    /// vector. Stated matrices apply to this step only.
     #[pyo3(signature = (z, *, H=None, R=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -222,13 +224,15 @@ impl LinearKalman {
         filters.state(slf.py())
     }
 
-    /// Process a record from the present state: ``predict`` and ``update`` of each sample. Return a
-    /// ``zerorate.linear.LinearRun``. ``z`` is (n, m), with channels (n, k, m), and ``u`` (n, p) or
-    /// (n, k, p); the last axis may be left out where it is 1. A stated matrix applies to this
-    /// record: one for all samples, or one for each, (n, ., .). ``keep="state"`` keeps only the
-    /// states, for many filters or long records. The interpreter lock is released.
+    /// Process a record from the present state and return a ``zerorate.linear.LinearRun``.
+    ///
+    /// Each sample is one ``predict`` and one ``update``. ``z`` is (n, m), with channels (n, k, m).
+    /// ``u`` is (n, p), with channels (n, k, p). The last axis may be omitted if its length is 1. A
+    /// stated matrix applies to this record: one matrix for all samples, or one per sample, (n, .,
+    /// .). ``keep="state"`` keeps only the states, for many filters or long records. The
+    /// interpreter lock is released.
     #[pyo3(signature = (z, u=None, *, F=None, H=None, Q=None, R=None, B=None, keep="all"))]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -283,7 +287,7 @@ impl LinearKalman {
         let shape = |sizes: &[usize]| [&[steps][..], &axes, sizes].concat();
         let kept = |shape: Vec<usize>| if all { shape } else { vec![0] };
         let state = arrays::zeros::<f64>(py, &shape(&[n]))?;
-        // One covariance of all channels is shown as theirs.
+        // One covariance for all channels is shown for each channel.
         let groups: Vec<usize> = channels.map(|_| covariances).into_iter().collect();
         let shown = [&[steps][..], &groups, &[n, n]].concat();
         let covariance = arrays::zeros::<f64>(py, &kept(shown))?;
@@ -355,9 +359,9 @@ getters! { LinearKalman, slf, py, this;
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
     /// Input matrix: (n, p); p is 0 without one.
     B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
-    /// The state: (n,), with channels (k, n).
+    /// State: (n,), with channels (k, n).
     state: Object<'py> = this.shared.state(py)?;
-    /// Its covariance: (n, n), with channels (k, n, n).
+    /// Covariance of ``state``: (n, n), with channels (k, n, n).
     covariance: Object<'py> = {
         let filters = &this.shared;
         let n = filters.bank.model().sizes[0];
@@ -365,21 +369,25 @@ getters! { LinearKalman, slf, py, this;
         let groups = P.len() / (n * n);
         let axes: Vec<usize> = filters.channels.map(|_| groups).into_iter().collect();
         let shown = arrays::array(py, P.to_vec(), &[&axes, &[n, n][..]].concat())?;
-        // Own elements, not a view of one matrix.
+        // A copy for each channel, not a view of one matrix.
         across(shown, filters.channels, groups)?.call_method0("copy")?
     };
-    /// ``z - H x`` before the last ``update``, NaN where a measurement was missing and before the
-    /// first: (m,), with channels (k, m).
+    /// Innovation ``z - H x`` of the last ``update``: (m,), with channels (k, m).
+    ///
+    /// NaN for a missing measurement, and before the first ``update``.
     innovation: Object<'py> = {
         let filters = &this.shared;
         filters.arrays(py, filters.bank.innovation(), &[filters.bank.model().sizes[1]])?
     };
-    /// Normalised innovation squared, ``y.T S^-1 y``, whose mean is the number of measurements if
-    /// the model is right; NaN if all were missing: float, with channels (k,).
+    /// Normalised innovation squared, ``y.T S^-1 y``: float, with channels (k,).
+    ///
+    /// Its mean is the number of measurements if the model is correct. NaN if all measurements were
+    /// missing.
     nis: Object<'py> = this.shared.arrays(py, this.shared.bank.nis(), &[])?;
-    /// Log-likelihood of the last measurements, ``-(nis + log
-    /// det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record:
-    /// float, with channels (k,).
+    /// Log-likelihood of the last measurements, ``-(nis + log det(2 pi S)) / 2``: float, with
+    /// channels (k,).
+    ///
+    /// 0 if all measurements were missing: the sum over samples is the log-likelihood of a record.
     log_likelihood: Object<'py> = this.shared.arrays(py, this.shared.bank.log_likelihood(), &[])?;
 }
 
@@ -394,7 +402,7 @@ impl LinearKalman {
 }
 
 impl Filters {
-    /// The states of all channels.
+    /// States of all channels.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.arrays(py, self.bank.state(), &[self.bank.model().sizes[0]])
     }
@@ -413,7 +421,8 @@ impl Filters {
         }
     }
 
-    /// Takes a record piece by piece; if it is interrupted, the filters are as they were before.
+    /// Processes a record piece by piece; after an interrupt the filters return to their earlier
+    /// state.
     fn process(
         &mut self,
         py: Python<'_>,
@@ -468,9 +477,9 @@ impl Filters {
     }
 }
 
-/// States and covariances of a record that was filtered, given all that comes after each: those
-/// that ``LinearRun.smooth`` returns. ``state`` is (n, k, N), ``covariance`` (n, k, N, N) or (n, 1,
-/// N, N), ``u`` (n, k, p).
+/// Smooth the states and covariances of a filtered record; ``LinearRun.smooth`` returns them.
+///
+/// ``state`` is (n, k, N), ``covariance`` (n, k, N, N) or (n, 1, N, N), and ``u`` (n, k, p).
 #[pyfunction]
 #[pyo3(signature = (state, covariance, F, Q, B=None, u=None))]
 pub fn smooth_linear<'py>(
@@ -514,7 +523,7 @@ fn nothing() -> Record {
     Record { values: vec![], shape: vec![0, 0] }
 }
 
-/// The numbers of one step.
+/// Numbers of one step.
 enum Row {
     None,
     One([f64; 1]),
@@ -522,7 +531,7 @@ enum Row {
 }
 
 impl Row {
-    /// Of each channel, a number alone where there is one.
+    /// Vectors for each channel; a plain number is accepted if there is one value.
     fn read(
         name: &str,
         given: &Bound<'_, PyAny>,
@@ -536,7 +545,7 @@ impl Row {
             return Ok(Self::One([value.value()]));
         }
         let axes: Vec<usize> = channels.into_iter().chain([size]).collect();
-        // What loops give most often.
+        // The form that loops give most often.
         if let Some(values) = usual_row(given, &axes) {
             return Ok(Self::Many(values));
         }
@@ -555,7 +564,7 @@ impl Row {
     }
 }
 
-/// The rows of a batch, copied: `size` numbers a channel, whose axis may be left out if it is one.
+/// Rows of a batch, copied: `size` numbers per channel; an axis of length one may be omitted.
 fn record(
     name: &str,
     given: &Bound<'_, PyAny>,
@@ -575,7 +584,7 @@ fn record(
     Ok(read)
 }
 
-/// The matrix of a step, checked; `own` are the sizes of the filter.
+/// Matrix of a step, checked; `own` are the sizes of the filter.
 fn matrix(
     name: &'static str,
     given: Option<&Bound<'_, PyAny>>,
@@ -584,7 +593,7 @@ fn matrix(
     given.map(|given| read_matrices(name, given, None, own)).transpose()
 }
 
-/// The matrix of all steps, or one a step, checked.
+/// One matrix for all steps, or one per step, checked.
 fn matrices(
     name: &'static str,
     given: Option<&Bound<'_, PyAny>>,
@@ -645,7 +654,7 @@ fn varying(read: &Record) -> Varying<'_> {
     }
 }
 
-/// One matrix that all channels have, shown as theirs.
+/// One matrix for all channels, shown for each channel.
 fn across<'py>(
     found: Bound<'py, PyAny>,
     channels: Option<usize>,
@@ -658,7 +667,7 @@ fn across<'py>(
     found.py().import("numpy")?.call_method1("broadcast_to", (found, shape))
 }
 
-/// One matrix of the model, by what its sides count.
+/// One matrix of the model, with the names of its dimensions.
 fn own<'py>(
     filter: &Bound<'py, LinearKalman>,
     of: fn(&Model) -> (&Vec<f64>, [usize; 2]),
@@ -682,7 +691,7 @@ fn square(shape: &[usize]) -> bool {
     shape.is_empty() || is_matrix(shape) && shape[0] == shape[1]
 }
 
-/// A number where a matrix has one element.
+/// A number in place of a matrix with one element.
 fn single(shape: &[usize], sides: [usize; 2]) -> bool {
     shape.is_empty() && sides == [1, 1]
 }

@@ -9,36 +9,36 @@ use crate::common::arrays::{array, named, tuple};
 use crate::common::work::interruptible;
 
 type Array<'py> = Bound<'py, PyAny>;
-/// First second, second past the last, and a flag for outliers.
+/// First second, end (exclusive), s, and a flag for outliers.
 type Piece = (usize, usize, bool);
 type Fitted<'py> =
     (Array<'py>, Bound<'py, PyArray1<f64>>, Array<'py>, f64, Bound<'py, PyArray1<f64>>);
 
-/// Spans of one hard iron each, and outliers, of least cost.
+/// Return the spans with one hard iron each, and outliers, at the least cost.
 ///
 /// Parameters
 /// ----------
 /// number : array_like of int, shape (n,)
-///     Which tick of 0.1 s since the first sample, increasing.
+///     Index of each tick of 0.1 s since the first sample, increasing.
 /// turned : array_like, shape (n, 3)
-///     Mean of the field turned into a frame that the gyro holds, by its median size.
+///     Mean field of each tick in a frame that the gyro holds, divided by the median size.
 /// rotation : array_like, shape (n, 3, 3)
 ///     Mean rotation from the sensor to that frame.
 /// noise : float
-///     Variance of an axis of a tick.
+///     Variance of one axis of a tick.
 /// walks : array_like, shape (w,)
-///     Of the field, in deviations of the noise by sqrt(s).
+///     Random walks of the field, standard deviations of the noise per sqrt(s).
 ///
 /// Returns
 /// -------
 /// list
-///     Of each walk: its cost, and first second, second past the last, and a flag for outliers, of
-///     each span.
+///     For each walk: its cost, and its spans. A span has its first second, its end (exclusive) and
+///     a flag for outliers.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, numbers that do not increase, or one that is not finite.
+///     An array has another shape, numbers do not increase, or a value is not finite.
 #[pyfunction]
 pub fn magnet_partition(
     py: Python<'_>,
@@ -68,18 +68,18 @@ pub fn magnet_partition(
     Ok(found.into_iter().map(|one| (one.cost, spans(one.pieces))).collect())
 }
 
-/// Hard iron of each group, elements of the soft iron and fields that explain ticks best.
+/// Fit the hard iron of each group, the elements of the soft iron, and the fields to ticks.
 ///
 /// Parameters
 /// ----------
 /// rotation : array_like, shape (n, 3, 3)
 ///     Mean rotation from the sensor to a frame that the gyro holds.
 /// field, turned : array_like, shape (n, 3)
-///     Mean field in the sensor, and turned into that frame, by its median size.
+///     Mean field in the sensor's axes and in that frame, divided by the median size.
 /// group, window : array_like of int, shape (n,)
-///     Which hard iron and which field is whose, from 0 on; windows never decrease.
+///     Index of each tick's hard iron and of its field, from 0 on; windows never decrease.
 /// elements : array_like, shape (k, 3, 3)
-///     Matrices of which the soft iron's distance from 1 consists.
+///     Matrices whose sum, weighted by the elements, is the soft iron minus 1.
 ///
 /// Returns
 /// -------
@@ -87,14 +87,14 @@ pub fn magnet_partition(
 /// elements : ndarray, shape (k,)
 /// fields : ndarray, shape (windows, 3)
 /// scatter : float
-///     RMS of an axis.
+///     RMS residual of an axis.
 /// weights : ndarray, shape (n,)
-///     At most 1.
+///     Weights of the ticks, at most 1.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, windows that decrease, or numbers beyond reason.
+///     An array has another shape, windows decrease, or numbers are too large.
 #[pyfunction]
 pub fn magnet_fit<'py>(
     py: Python<'py>,
@@ -118,16 +118,16 @@ pub fn magnet_fit<'py>(
     ))
 }
 
-/// Covariance of elements of the soft iron, then of the hard irons, for a given fit.
+/// Return the covariance of a fit: elements of the soft iron first, then the hard irons.
 ///
 /// Parameters
 /// ----------
 /// rotation, field, group, window, elements
 ///     As in ``magnet_fit``.
 /// fit : tuple
-///     What it returned, with a number for each of these elements.
+///     Result of ``magnet_fit``, with one number for each of these elements.
 /// doubt : array_like, shape (k,)
-///     Deviations of the elements before anything is seen.
+///     Prior standard deviations of the elements.
 ///
 /// Returns
 /// -------
@@ -136,7 +136,7 @@ pub fn magnet_fit<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, windows that decrease, or numbers beyond reason.
+///     An array has another shape, windows decrease, or numbers are too large.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are Python's")]
 pub fn magnet_covariance<'py>(
@@ -172,7 +172,7 @@ pub fn magnet_covariance<'py>(
     array(py, found.as_slice().to_vec(), &[size, size])
 }
 
-/// Ticks as they were given.
+/// Ticks from the arguments.
 struct Given {
     rotation: Vec<f64>,
     field: Vec<f64>,
@@ -196,7 +196,8 @@ impl Given {
                 "group and window must be as long, of at least one tick, and windows never decrease",
             ));
         }
-        // As many of both as there are ticks: what is larger would be a slip, and a lot of memory.
+        // There are at most as many groups and windows as ticks. A larger number is an error and
+        // would need much memory.
         if group.iter().chain(&window).any(|place| *place >= n) {
             return Err(PyValueError::new_err(format!(
                 "groups and windows are numbered from 0, got one of {n} or more"
@@ -231,7 +232,7 @@ fn numbers(name: &str, given: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Ve
     }
 }
 
-/// Numbers of ticks, groups or windows. Not one by one: there are thousands.
+/// Numbers of ticks, groups or windows, read at once: there may be thousands.
 fn places(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
     let expected =
         || PyValueError::new_err(format!("{name} must be int64 of shape (n,), from 0 on"));

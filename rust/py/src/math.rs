@@ -9,24 +9,24 @@ use crate::common::arrays;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
-/// Quantiles of the chi-squared distribution.
+/// Return quantiles of the chi-squared distribution.
 ///
 /// Parameters
 /// ----------
 /// probability : float
-///     In (0, 1).
+///     Probability in (0, 1).
 /// edf : array_like, shape (t,)
-///     Degrees of freedom, not necessarily whole; NaN where there are none.
+///     Degrees of freedom, not necessarily whole; NaN if there are none.
 ///
 /// Returns
 /// -------
 /// ndarray, float64, shape (t,)
-///     NaN where the degrees of freedom are not positive and finite.
+///     Quantiles; NaN if the degrees of freedom are not positive and finite.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If the probability is not in (0, 1) or `edf` of another shape.
+///     The probability is not in (0, 1), or `edf` has another shape.
 #[pyfunction]
 pub fn chi_squared_quantile<'py>(
     probability: f64,
@@ -42,18 +42,20 @@ pub fn chi_squared_quantile<'py>(
     Ok(values.into_pyarray(edf.py()))
 }
 
-/// Probability of exceeding a value of chi-squared, to a small relative error far into the tail.
+/// Return the probability that chi-squared exceeds a value; its relative error is small in the
+/// tail.
 ///
 /// Parameters
 /// ----------
 /// value : float
+///     Value of chi-squared.
 /// freedom : float
 ///     Degrees of freedom, positive and finite.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Degrees of freedom that are not positive and finite, or a value that is NaN.
+///     The degrees of freedom are not positive and finite, or the value is NaN.
 #[pyfunction]
 pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
     distributions::chi_squared_survival(value, freedom).ok_or_else(|| {
@@ -62,12 +64,12 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
     })
 }
 
-/// Logarithm of the cumulative standard normal distribution, alto date into its tail.
+/// Return the logarithm of the cumulative standard normal distribution, accurate in its lower tail.
 ///
 /// Parameters
 /// ----------
 /// x : array_like, shape (n,)
-///     In standard deviations.
+///     Values in standard deviations.
 ///
 /// Returns
 /// -------
@@ -76,7 +78,7 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
 /// Raises
 /// ------
 /// ValueError
-///     ``x`` of another shape.
+///     ``x`` has another shape.
 #[pyfunction]
 pub fn log_normal_cdf<'py>(x: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
     let mut values = arrays::record(x)?;

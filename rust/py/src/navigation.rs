@@ -30,86 +30,88 @@ use crate::common::streaming::{exclusive, quoted, reading, streaming, text};
 
 const ADAPTS: [&str; 3] = ["inflate", "free", "fixed"];
 const KINDS: [&str; 2] = ["rate", "increment"];
-/// Words for what the filter is doing, by number.
+/// Words for the filter's status, by number.
 const STATUSES: [&str; 5] = ["waiting", "no heading", "navigating", "coasting", "missing"];
-/// Words for what became of a fix, by number; one after the last sample has the next number.
+/// Words for the verdict on a fix, by number; a fix after the last sample has the next number.
 const VERDICTS: [&str; 3] = ["used", "rejected", "refused"];
 const NOT_REACHED: u8 = 3;
 
-/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite
-/// receiver.
+/// Position, velocity and attitude of a vehicle from inertial sensors and satellite fixes.
 ///
-/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of
-/// gyro and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest
-/// and wheels correct what drifts. Body axes are forward, right, down; the earth's north, east,
-/// down, WGS84.
+/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation, and the biases of
+/// gyro and accelerometer. Each sample of the sensors is integrated. Fixes, rest and wheel speeds
+/// correct the drift. Body axes are forward, right, down. The earth's axes are north, east, down of
+/// WGS84.
 ///
 /// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
 /// ten rejections in a row the filter is considered wrong and moves to the next position
 /// (``move_count``). After an outage of two seconds, and of five usual intervals, a position is
-/// rejected until the next one agrees with it; then the filter accepts both, however far it has
-/// drifted. A fix may be up to a second late. Without a known heading the filter waits, and with
-/// ``vehicle= "wheeled"`` takes it from the course above 1 m/s.
+/// rejected until the next position agrees with it. Then the filter accepts both, at any distance.
+/// A fix may be up to a second late. Without a known heading the filter waits. With
+/// ``vehicle="wheeled"`` it takes the heading from the course above 1 m/s.
 ///
-/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one
-/// replaces it for a tenth of a second, then the standard deviations grow. After a gap of more than
-/// a second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves
-/// one thread at a time.
+/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing. The last value
+/// replaces it for a tenth of a second, then the standard deviations grow. A gap is more than one
+/// second without samples, or two seconds without a gyro. After a gap the filter waits for a fix
+/// and keeps the biases. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// start : Alignment
-///     State before the first sample, as ``zr.align`` returns it.
+///     State before the first sample, as returned by ``zr.align``.
 /// gyro, accel : NoiseModel or sequence of three, optional
-///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
-///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
+///     Noise of gyro, rad/s, and accelerometer, m/s^2: one model for all axes or one per axis. The
+///     default is the noise of consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// gyro_vibration : float, default 0.0
-///     Additional noise of the gyro where it vibrates faster than it is sampled: standard deviation of
-///     an axis over that of its change from sample to sample, from 0 to 1.
+///     Additional noise of the gyro from vibration faster than its sampling. The value is the
+///     standard deviation of an axis over the standard deviation of its change between samples,
+///     from 0 to 1.
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float or array_like, shape (3,), default 0.0
-///     Its standard deviation, m, one or one per axis: if it is not 0, the antenna's position is
-///     estimated (``antenna``).
+///     Standard deviation of ``antenna``, m, one or one per axis. If it is not 0, the antenna's
+///     position is estimated and the property ``antenna`` shows it.
 /// consider_antenna : bool, default False
-///     Do not estimate the position; include its standard deviation in ``sigma`` and gains (Schmidt).
+///     True: do not estimate the position, but include its standard deviation in ``sigma`` and
+///     gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
-///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
-///     above 1 m/s.
+///     "wheeled": the vehicle neither slips sideways nor leaves the ground. This corrects the
+///     filter five times a second, above 1 m/s.
 /// axle : array_like, shape (3,), optional
-///     Of "wheeled": vector from the sensor to the unsteered axle, body axes, m.
+///     Only "wheeled": vector from the sensor to the unsteered axle, body axes, m.
 /// wheel_sigma : float, optional
-///     Of "wheeled": standard deviation of the velocity across, m/s, default 0.3.
+///     Only "wheeled": standard deviation of the velocity across, m/s, default 0.3.
 /// speed_sigma : float, optional
-///     Of "wheeled": standard deviation of the wheels' speed, m/s, default 0.15.
+///     Only "wheeled": standard deviation of the wheels' speed, m/s, default 0.15.
 /// gate : float, default 50.0
 ///     Normalised innovation squared, of three degrees of freedom, above which a fix is rejected.
 /// adapt : {"inflate", "free", "fixed"}, default "inflate"
-///     "inflate" raises the receiver's stated noise to the Allan variance of the innovations,
-///     "free" also lowers it, "fixed" uses the stated noise.
+///     "inflate" raises the receiver's stated noise to the Allan variance of the innovations.
+///     "free" also lowers it, and "fixed" uses the stated noise.
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
-///     Samples are rates and forces, or their integrals since the previous sample.
+///     Meaning of the samples: rates and forces, or their integrals since the previous sample.
 /// barometer_sigma : float, default 0.5
-///     Standard deviation of a barometric height for which none is given, m.
+///     Standard deviation of a barometric height without a stated standard deviation, m.
 /// barometer_walk : float, default 0.02
 ///     Random walk of the barometer's reference, m/sqrt(s).
 /// compass_sigma : float, default 0.035
-///     Standard deviation of the compass's constant offset before the first reading, rad; 0: none.
+///     Standard deviation of the compass's constant offset before the first reading, rad; 0 is no
+///     offset.
 /// compass_walk : float, default 0.001
 ///     Random walk of that offset, rad/sqrt(s).
 /// baseline : array_like, shape (3,), optional
 ///     Vector from the first to the second antenna, body axes, m.
 /// limits : dict of str to float, optional
-///     Standard deviations up to which outputs are ``usable``: "position" (horizontal) and "height",
-///     m, "velocity", m/s, "attitude" (roll and pitch) and "heading", rad; default 10, 10, 1, 0.05,
-///     0.17, or 5, 5, 0.5, 0.05, 0.1 for "wheeled".
+///     Largest standard deviations of ``usable`` outputs: "position" (horizontal) and "height", m,
+///     "velocity", m/s, "attitude" (roll and pitch) and "heading", rad. The defaults in this order
+///     are 10, 10, 1, 0.05 and 0.17. For "wheeled" they are 5, 5, 0.5, 0.05 and 0.1.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or is not used.
+///     A parameter is out of range, or the filter does not use it.
 ///
 /// Examples
 /// --------
@@ -129,8 +131,8 @@ pub struct NavigationFilter {
     shared: Navigator<Core>,
 }
 
-/// Interface of a bank for the methods of all streaming classes: one filter, or several of which one is
-/// shown.
+/// Interface of a navigation filter, or of a bank that shows one filter, for the methods of all
+/// streaming classes.
 #[derive(Debug)]
 pub struct Navigator<N> {
     pub channels: Option<usize>,
@@ -151,13 +153,13 @@ impl<N: Navigates + Checkpoint> Navigator<N> {
     }
 
     pub fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        // A number has at most as many bytes more as it has.
+        // A saved number takes at most twice its bytes.
         let mut buffer = memory::filled(0, 2 * size_of::<N>()).map_err(NativeError::from)?;
         let bytes = checkpoint::write(&*self.bank, &mut buffer).map_err(NativeError::from)?;
         Ok(PyBytes::new(py, bytes))
     }
 
-    /// Words of its text.
+    /// Words of the object's text.
     pub fn words(&self) -> Vec<String> {
         let filter = self.filter();
         let params = filter.params();
@@ -184,7 +186,7 @@ impl NavigationFilter {
     }
 }
 
-/// What filters and banks of them share: how one is made, its calls and what it shows.
+/// Common part of filters and banks: constructor, methods and properties.
 macro_rules! navigating {
     ($class:ident, $core:ty) => {
         #[pymethods]
@@ -204,7 +206,7 @@ macro_rules! navigating {
                     barometer_sigma=0.5, barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, \
                     baseline=None, limits=None)"
             )]
-            // The arguments are those of the class in Python.
+            // The arguments are the same as in the Python class.
             #[allow(clippy::too_many_arguments)]
             fn new(
                 start: &Bound<'_, PyAny>,
@@ -265,9 +267,11 @@ macro_rules! navigating {
                 Ok(Self { shared: Navigator::new(navigator) })
             }
 
-            /// Process one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2,
-            /// (3,); ``rest`` states that the vehicle stands. Return ``status``. ValueError if the time is
-            /// not later than that of the previous sample; the filter is then unchanged.
+            /// Process one sample of the sensors and return ``status``.
+            ///
+            /// Arguments are its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,).
+            /// ``rest`` is True if the vehicle is known to stand. ValueError if the time is not
+            /// later than the previous sample's time; the filter is then unchanged.
             #[pyo3(signature = (t, gyro, accel, rest=false))]
             fn update<'py>(
                 slf: &Bound<'py, Self>,
@@ -284,12 +288,20 @@ macro_rules! navigating {
                 Ok(STATUSES[this.shared.filter().status() as usize])
             }
 
-            /// Process a fix of the receiver: time of measurement, s; latitude and longitude, deg, and
-            /// height, m, (3,); velocity north, east, down, m/s, (3,) or None; their standard deviations,
-            /// one or three axes. Return "used", "rejected" or "refused". Position and velocity are gated
-            /// separately; a fix is rejected if its position is, or the velocity of one without a position.
-            /// It is refused if it is over a second old, a tenth of a second ahead of the sensors, without
-            /// a number, or beyond 89.5 deg. ValueError if a standard deviation is not positive.
+            /// Process a fix of the receiver and return "used", "rejected" or "refused".
+            ///
+            /// Arguments:
+            ///
+            /// - the time of measurement, s;
+            /// - latitude and longitude, deg, and height, m, (3,);
+            /// - velocity north, east, down, m/s, (3,) or None;
+            /// - standard deviations of position and velocity, one or three axes.
+            ///
+            /// Position and velocity are gated separately. A fix is rejected if its position is
+            /// rejected; without a position, if its velocity is rejected. A fix is refused if it is
+            /// over a second old, or a tenth of a second ahead of the sensors. It is also refused
+            /// if it has no number, or is beyond 89.5 deg. ValueError if a standard deviation is
+            /// not positive.
             #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
                 text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
                     velocity_sigma=0.1)")]
@@ -314,13 +326,15 @@ macro_rules! navigating {
                 Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
             }
 
-            /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured,
-            /// how fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale,
-            /// and the yaw and pitch of the axis along which they roll, are estimated
-            /// (``wheel_constants``). A slipping wheel, with an innovation of over three standard
-            /// deviations, is ignored for ten seconds and then has less weight. Return True if the speed
-            /// will be used; not before the heading is known to 0.1 rad, nor if it is over a second old or
-            /// missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
+            /// Process the speed of wheels and return True if it will be used.
+            ///
+            /// Arguments are the middle of the measurement's time span, s; the speed forward, m/s;
+            /// and its standard deviation, by default ``speed_sigma``. The scale of the wheels is
+            /// estimated, and yaw and pitch of their rolling axis (``wheel_constants``). A slipping
+            /// wheel has an innovation of over three standard deviations. It is ignored for ten
+            /// seconds and then has less weight. A speed is used only if the heading is known to
+            /// 0.1 rad. It is not used if it is over a second old or missing. ValueError if the
+            /// vehicle is not "wheeled", or the standard deviation is not positive.
             #[pyo3(signature = (t, speed, sigma=None))]
             fn update_wheels(
                 slf: &Bound<'_, Self>,
@@ -335,9 +349,10 @@ macro_rules! navigating {
         }
 
         getters! { $class, slf, py, this;
-            /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,).
+            /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix:
+            /// (3,).
             position: Object<'py> = arrays::small(py, &degrees(this.shared.filter().snapshot().position));
-            /// North, east and down, m/s; NaN before the first fix: (3,).
+            /// Velocity north, east and down, m/s; NaN before the first fix: (3,).
             velocity: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().velocity);
             /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
             quaternion: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().quaternion);
@@ -345,34 +360,51 @@ macro_rules! navigating {
             gyro_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().gyro_bias);
             /// Bias of the accelerometer, m/s^2: (3,).
             accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
-            /// Standard deviations at the last step of the covariance: position and velocity north, east
-            /// and down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer,
-            /// rad/s and m/s^2; NaN before the first fix: (15,).
+            /// Standard deviations at the last step of the covariance; NaN before the first fix:
+            /// (15,).
+            ///
+            /// They belong to:
+            ///
+            /// - position north, east and down, m;
+            /// - velocity north, east and down, m/s;
+            /// - orientation about these axes, rad;
+            /// - biases of gyro, rad/s, and accelerometer, m/s^2.
             sigma: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().sigma);
-            /// Covariance of the errors at its last step, in the order of ``sigma``; the error of the
-            /// velocity is ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation; errors
-            /// of biases are true minus estimated: (15, 15).
+            /// Covariance of the errors at its last step, in the order of ``sigma``: (15, 15).
+            ///
+            /// The error of the velocity is ``v_estimated - exp(-[phi x]) v``, with phi the error
+            /// of the orientation. Errors of biases are true minus estimated values.
             covariance: Object<'py> = {
                 let covariance = this.shared.filter().covariance();
                 let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
                 arrays::array(py, places.collect(), &[STATES, STATES])?
             };
-            /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll (1
-            /// + scale) times as fast as measured; NaN before the first measurement: (3,).
+            /// Scale of the wheels, and yaw and pitch, rad, of their rolling axis: (3,).
+            ///
+            /// The wheels roll (1 + scale) times as fast as measured. NaN before the first
+            /// measurement.
             wheel_constants: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[0]);
             /// Standard deviations of ``wheel_constants``: (3,).
             wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[1]);
-            /// Normalised innovations squared of the last position and velocity, 3 on average if the filter
-            /// is consistent; NaN before the first: (2,).
+            /// Normalised innovations squared of the last position and velocity: (2,).
+            ///
+            /// Each is 3 on average if the filter is consistent; NaN before the first fix.
             nis: Object<'py> = arrays::small(py, &this.shared.filter().nis());
-            /// Standard deviations of the receiver learned from the innovations, position and velocity, m
-            /// and m/s; NaN before ten pairs of fixes: (2, 3).
+            /// Standard deviations of the receiver, learned from the innovations: (2, 3).
+            ///
+            /// The first row is the position, m, the second the velocity, m/s. NaN before ten pairs
+            /// of fixes.
             learned_sigma: Object<'py> = {
                 let learned = this.shared.filter().learned_noise();
                 arrays::array(py, learned.concat(), &[2, 3])?
             };
-            /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds,
-            /// or "missing": without samples of a sensor for a tenth of a second.
+            /// Status of the filter.
+            ///
+            /// - "waiting": for a fix.
+            /// - "no heading": the heading is unknown.
+            /// - "navigating": the normal status.
+            /// - "coasting": no fixes for two seconds.
+            /// - "missing": no samples of a sensor for a tenth of a second.
             status: &'static str = STATUSES[this.shared.filter().status() as usize];
             /// Present estimate of the vector from the sensor to the antenna, body axes, m: (3,).
             antenna: Object<'py> = arrays::small(py, &this.shared.filter().antenna()[0]);
@@ -382,20 +414,21 @@ macro_rules! navigating {
             time: f64 = this.shared.filter().time();
             /// Samples of the sensors to date, missing ones included.
             samples_seen: u64 = this.shared.filter().samples_seen();
-            /// Counts of fixes to date by verdict: "used", "rejected", "refused".
+            /// Numbers of fixes to date by verdict: "used", "rejected", "refused".
             fix_count: Bound<'py, PyDict> = {
                 let FixCounts { used, rejected, refused, .. } = *this.shared.filter().fixes();
                 let [one, two, three] = VERDICTS;
                 named(py, [(one, used), (two, rejected), (three, refused)])?
             };
-            /// Counts of positions and velocities rejected by the gate to date: "positions", "velocities".
+            /// Numbers of positions and velocities rejected by the gate to date: "positions",
+            /// "velocities".
             rejected_count: Bound<'py, PyDict> = {
                 let [positions, velocities] = this.shared.filter().fixes().rejected_of;
                 named(py, [("positions", positions), ("velocities", velocities)])?
             };
-            /// Number of moves of the filter to the positions after ten rejections in a row.
+            /// Number of moves of the filter to a position after ten rejections in a row.
             move_count: u64 = this.shared.filter().fixes().moved;
-            /// Time of the last move, s, and its distance, m; None before the first.
+            /// Time, s, and distance, m, of the last move; None before the first move.
             last_move: Option<(f64, f64)> = {
                 let FixCounts { moved, last_move: [at, by], .. } = *this.shared.filter().fixes();
                 (moved > 0).then_some((at, by))
@@ -412,16 +445,22 @@ aided!(NavigationFilter);
 
 #[pymethods]
 impl NavigationFilter {
-    /// Process a recording with a gyro and an accelerometer on one clock, and the fixes of a
-    /// receiver. Return the `Track`, equal to a loop over ``update`` and ``update_gnss``, with its
-    /// smoother. ``rest``, bool (n,), is True where the vehicle is known to stand; ``wheel_speed``,
-    /// (n,), is the speed of its wheels, m/s, NaN where unknown, or `Wheels` with times and
-    /// standard deviations; ``time_offset``, a number or a `TimeOffset`, is added to the times of
-    /// the fixes, s. ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids at the
-    /// samples, (n,) or (n, 3), NaN where there is none, or `Aid` with times and standard deviations.
-    /// After each sample the wheel speeds that are due are processed, then readings of aids in the
-    /// order of their times, then fixes. ``keep="track"`` leaves out the data for the smoother, about
-    /// 2.5 kB per step of the covariance and 1.7 kB more if wheels, antenna or constants of aids are
+    /// Process a recording and the fixes of a receiver, and return the `Track` with its smoother.
+    ///
+    /// The recording has a gyro and an accelerometer on one clock. The result equals a loop over
+    /// ``update`` and ``update_gnss``. ``rest``, bool (n,), is True where the vehicle is known to
+    /// stand. ``wheel_speed`` is the speed of its wheels, m/s, (n,), NaN if unknown, or `Wheels`
+    /// with times and standard deviations. ``time_offset``, a number or a `TimeOffset`, is added to
+    /// the times of the fixes, s.
+    ///
+    /// ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids. They are arrays
+    /// at the samples, (n,) or (n, 3), NaN without a reading, or `Aid` with times and standard
+    /// deviations. After each sample, wheel speeds that are due are processed first, then readings
+    /// of aids in the order of their times, then fixes.
+    ///
+    /// ``keep="track"`` omits the smoother's data, for long records. These data take about 2.5 kB
+    /// per step of the covariance. They take 1.7 kB more if wheels, antenna or constants of aids
+    /// are estimated.
     /// estimated: for long records.
     #[pyo3(
         signature = (
@@ -431,7 +470,7 @@ impl NavigationFilter {
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
             time_offset=0.0, keep='all', height=None, pressure=None, heading=None, baseline=None)"
     )]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -455,21 +494,24 @@ impl NavigationFilter {
         )
     }
 
-    /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
-    /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
-    /// missing values. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
-    /// and standard deviation, (w, 3), in order. ``aids`` has rows of kind (0 height, 1 pressure, 2
-    /// heading, 3 baseline), time, reading and standard deviation of three axes, (a, 8), in order,
-    /// NaN for missing values. Wheel speeds, readings and fixes, in this order, are processed after
-    /// the first sample that is not earlier. Returns by name the state after each sample, with the
-    /// bits of its ``usable`` outputs, of each reading ``aid_verdict``, ``aid_nis`` and
-    /// ``aid_taken``, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes
-    /// after the last sample), ``nis`` (m, 2), the ``innovation`` of each axis of position and
-    /// velocity (m, 6), its standard deviation ``innovation_sigma`` (m, 6), and the time at which
-    /// it was ``taken``, s; with ``record`` also the record for the smoother, else None. The
-    /// interpreter lock is released.
+    /// Do the work of ``process`` with arrays: times (n,) and samples (n, 3).
+    ///
+    /// ``fixes`` has one row per fix, shape (m, 13), NaN for missing values: time, position (deg,
+    /// deg, m), velocity, and standard deviations of position and velocity. ``wheel_speed`` has a
+    /// speed for each sample, (n,), or rows of time, speed and standard deviation, (w, 3), in
+    /// order. ``aids`` has rows of kind (0 height, 1 pressure, 2 heading, 3 baseline), time,
+    /// reading and standard deviation of three axes, (a, 8), in order, NaN for missing values.
+    /// Wheel speeds, readings and fixes are processed in this order, after the first sample that is
+    /// not earlier.
+    ///
+    /// Returns arrays by name. For each sample: the state, and the bits of its ``usable`` outputs.
+    /// For each reading: ``aid_verdict``, ``aid_nis`` and ``aid_taken``. For each fix: ``verdict``
+    /// (used, rejected, refused, or 3 after the last sample), ``nis`` (m, 2), ``innovation`` of
+    /// each axis of position and velocity (m, 6), ``innovation_sigma`` (m, 6), and ``taken``, the
+    /// time at which it was used, s. With ``record`` the second value is the smoother's record,
+    /// else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
@@ -503,7 +545,7 @@ impl NavigationFilter {
     }
 }
 
-/// A record as Python gives it.
+/// A record from Python.
 pub struct Arrays<'a, 'py> {
     pub time: &'a Bound<'py, PyAny>,
     pub gyro: &'a Bound<'py, PyAny>,
@@ -515,7 +557,7 @@ pub struct Arrays<'a, 'py> {
 }
 
 impl<'py> Arrays<'_, 'py> {
-    /// Gives the record to an object's navigator, piece by piece.
+    /// Processes the record with an object's navigator, piece by piece.
     pub fn run<N: Clone + Send>(
         &self,
         py: Python<'py>,
@@ -555,7 +597,7 @@ impl<'py> Arrays<'_, 'py> {
             fixes: &fixes,
         };
         let outputs = Outputs::new(py, n, fixes.len(), aids.len())?;
-        // A batch that is interrupted or fails leaves the filter as it was.
+        // After an interrupt or failure the filter returns to its state before the batch.
         let mut bank = navigator.bank.clone();
         outputs.with(|known| {
             let mut next = Next::default();
@@ -583,7 +625,7 @@ fn named<'py, T: IntoPyObject<'py>, const N: usize>(
     Ok(found)
 }
 
-/// Numbers of a fix: time, position, velocity and deviations of both.
+/// Numbers of a fix: time, position, velocity, and standard deviations of position and velocity.
 const FIX: usize = 13;
 
 fn fix_of(row: &[f64; FIX]) -> Fix {
@@ -597,7 +639,7 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
     }
 }
 
-/// Wheel speeds: one at each sample, NaN for none, or rows of time, speed and standard deviation.
+/// Wheel speeds: one per sample, NaN if missing, or rows of time, speed and standard deviation.
 fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     let n = time.len();
     let fits = |found: &[usize]| found == [n] || (found.len() == 2 && found[1] == 3);
@@ -613,7 +655,7 @@ fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     Ok(all)
 }
 
-/// Outputs of a batch: names and counts of the numbers after each sample, and of each fix.
+/// Outputs of a batch: names and counts of the numbers for each sample, and for each fix.
 pub const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
@@ -627,7 +669,7 @@ const OF_FIX: [(&str, usize); 4] =
 const OF_AID: [&str; 2] = ["aid_nis", "aid_taken"];
 const WORDS: [&str; 4] = ["status", "verdict", "usable", "aid_verdict"];
 
-/// Arrays for it.
+/// Arrays for the outputs.
 struct Outputs<'py> {
     numbers: Vec<Bound<'py, PyArrayDyn<f64>>>,
     words: Vec<Bound<'py, PyArrayDyn<u8>>>,
@@ -696,7 +738,7 @@ impl<'py> Outputs<'py> {
     }
 }
 
-/// The steps of a filter over a batch, as the smoother needs them: about 2.5 kB each.
+/// Steps of a filter over a batch for the smoother, about 2.5 kB each.
 #[pyclass(module = "zerorate._native", frozen)]
 #[derive(Debug)]
 pub struct NavigationRecord {
@@ -710,11 +752,13 @@ impl NavigationRecord {
         self.steps.len()
     }
 
-    /// Smooth each of K steps with all fixes, and return arrays by name: ``sample``, the index of
-    /// the sample that the step ends at; ``begins``, True where the filter began there; the errors
-    /// of its state ``before`` and ``after`` the measurements there, and their standard deviations
-    /// ``sigma``, (K, 15) in the order of `NavigationFilter.sigma`. Without ``deviations`` these
-    /// are left out, which is many times as fast.
+    /// Smooth each of K steps with all fixes, and return arrays by name.
+    ///
+    /// ``sample`` is the index of the sample at the step's end. ``begins`` is True if the filter
+    /// began there. ``before`` and ``after`` are the errors of the state before and after the
+    /// step's measurements. ``sigma`` is their standard deviations, (K, 15), in the order of
+    /// `NavigationFilter.sigma`. Without ``deviations``, ``sigma`` is left out, which is many times
+    /// as fast.
     #[pyo3(signature = (deviations=true))]
     fn smoothed<'py>(&self, py: Python<'py>, deviations: bool) -> PyResult<Bound<'py, PyDict>> {
         let count = self.steps.len();
@@ -751,15 +795,15 @@ impl NavigationRecord {
     }
 }
 
-/// Samples between two looks for signals, and steps of the smoother.
+/// Samples between two checks for signals, and steps of the smoother between two checks.
 const PIECE: usize = 1 << 17;
 const STEPS: usize = 1 << 12;
 
-/// White noise and walk of the bias, SI, of consumer sensors: of those of which nothing is known.
+/// White noise and random walk of the bias of consumer sensors, SI: for sensors without a model.
 const GYRO: [f64; 2] = [0.05 * (std::f64::consts::PI / 180.0), 1e-5];
 const ACCEL: [f64; 2] = [0.02, 5e-4];
 
-/// White noise and walk of the bias of three axes, squares, of one model or of one an axis.
+/// Squares of white noise and random walk of three axes, from one model or one model per axis.
 fn densities(
     sensor: &str,
     model: Option<&Bound<'_, PyAny>>,
@@ -784,7 +828,7 @@ fn densities(
     Ok(squares(axes.try_into().map_err(|_| no_models())?))
 }
 
-/// White noise and walk of one axis, which a model tells.
+/// White noise and random walk of one axis, from a model.
 fn of_axis(
     sensor: &str,
     model: &Bound<'_, PyAny>,
@@ -795,7 +839,7 @@ fn of_axis(
     Ok(Some([white, walk.unwrap_or(usual)]))
 }
 
-/// The state before the first sample, of an ``Alignment``.
+/// State before the first sample, from an ``Alignment``.
 fn begun(start: &Bound<'_, PyAny>, wheeled: bool) -> PyResult<Start> {
     let needed = "start must be an Alignment, as zr.align returns it";
     let get = |name: &str| {
@@ -863,7 +907,7 @@ fn lever(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
     given.map_or(Ok([0.0; 3]), |given| three(name, given))
 }
 
-/// Three numbers, NaN for what is None.
+/// Three numbers; None becomes NaN.
 #[inline]
 fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
     if let Some(usual) = elements::three(given) {
@@ -876,7 +920,7 @@ fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
     Ok([found[0], found[1], found[2]])
 }
 
-/// One deviation for all axes, or three.
+/// One standard deviation for all axes, or three.
 fn sigmas(name: &str, given: Option<&Bound<'_, PyAny>>, usual: f64) -> PyResult<[f64; 3]> {
     let Some(given) = given else { return Ok([usual; 3]) };
     match arrays::sample(given) {

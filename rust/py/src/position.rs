@@ -19,64 +19,69 @@ use crate::common::streaming::{
 };
 use crate::common::work::in_pieces;
 
-/// Numbers in a sample: position, speed, strength, rest and the time since the sample before.
+/// Numbers in a sample: position, speed, strength, rest and the time since the previous sample.
 const WIDTH: usize = 7;
 
-/// Position filter for a receiver that stands or moves slowly, which removes most of the fixes'
-/// wandering.
+/// Position filter for a slow or standing receiver; it removes most of the fixes' wandering.
 ///
-/// A fix is a position east and north of a nearby point, m. Optional inputs: ``speed``, the Doppler
-/// velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz; ``rest``, True if
-/// the platform is known to stand, from a ``RestDetector`` or a wheel.
+/// A fix is a position east and north of a nearby point, m. Optional inputs:
 ///
-/// - **aided** uses all of them: Doppler moves the position, rest stops it, fixes of weak signals
-///   have less weight, and the slow error of the receiver is a state, so its wandering is not
-///   followed.
-/// - **moving_average** is the mean of the last ``window`` fixes, delayed by half of them in motion.
+/// - ``speed``: Doppler velocity east and north, m/s.
+/// - ``cn0``: strength of the signals, dB-Hz.
+/// - ``rest``: True if the platform is known to stand, from a ``RestDetector`` or a wheel.
+///
+/// The methods:
+///
+/// - **aided** uses all inputs. The Doppler velocity moves the position, and rest stops it. Fixes
+///   of weak signals have less weight. The slow error of the receiver is a state, and its wandering
+///   is not followed.
+/// - **moving_average** is the mean of the last ``window`` fixes. In motion it is delayed by half
+///   of them.
 /// - **kalman** assumes a constant velocity with a white acceleration.
-/// - **heading** rejects a step shorter than ``step`` that turns the course by more than ``turn``.
-/// - **strength** is "kalman" with less weight for fixes of weak signals: a variance of
-///   ``sigma**2 * 10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
+/// - **heading** rejects a step that is shorter than ``step`` and turns the course by more than
+///   ``turn``.
+/// - **strength** is "kalman" with less weight for fixes of weak signals. Below 45 dB-Hz the
+///   variance is ``sigma**2 * 10**((45 - cn0) / 10)`` (the sigma-epsilon form).
 ///
-/// The last four are from papers and serve for comparison. **None of them removes the slow error
-/// itself**: an error of metres that lasts for minutes looks like a position. Only a long time of
+/// The last four are from papers and serve for comparison. **No method removes the slow error
+/// itself**: an error of metres that lasts for minutes looks like a position. Only a long
 /// observation averages it out.
 ///
-/// Missing values are NaN or None. A missing fix is predicted, not corrected; a missing velocity is
-/// replaced by the last one, with a standard deviation of ``acceleration`` times its age; a missing
-/// strength counts as strong. A method ignores inputs that it does not use. Before the first fix
-/// NaN is returned. One object serves one thread at a time.
+/// Missing values are NaN or None. Without a fix the position is only predicted. A missing velocity
+/// is replaced by the last velocity, with a standard deviation of ``acceleration`` times its age. A
+/// missing strength counts as strong. A method ignores inputs that it does not use. The output is
+/// NaN before the first fix. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Fixes a second.
+///     Fixes per second.
 /// method : {"aided", "moving_average", "kalman", "heading", "strength"}, default "aided"
-///     Method of filtering.
+///     Name of the method.
 /// channels : int, optional
-///     Number of receivers; ``None`` is a single one.
+///     Number of receivers; ``None`` is a single receiver without a channel axis.
 /// window : int, default 10
-///     Of "moving_average": fixes, 1 to 64.
+///     Only "moving_average": number of fixes, 1 to 64.
 /// sigma : float, default 0.7
-///     Of "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis, m.
-///     A small one follows the fixes.
+///     Only "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis,
+///     m. A small value follows the fixes.
 /// process_noise : float, default 0.5
-///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small one
-///     smooths and lags in turns.
+///     Only "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small
+///     value smooths and lags in turns.
 /// step, turn : float, default 3.0 and pi / 3
-///     Of "heading": m and rad.
+///     Only "heading": length of a step, m, and turn of the course, rad.
 /// error_sigma, error_time : float, default 2.5 and 120.0
-///     Of "aided": slow error of the receiver, an axis, m, and its correlation time, s. Large ones
-///     trust the fixes less.
+///     Only "aided": standard deviation of the receiver's slow error per axis, m, and its
+///     correlation time, s. Large values trust the fixes less.
 /// speed_sigma : float, default 0.1
-///     Of "aided": white noise of the Doppler velocity, per axis, m/s.
+///     Only "aided": white noise of the Doppler velocity, per axis, m/s.
 /// acceleration : float, default 1.0
-///     Of "aided": rate of change of the velocity while it is unknown, m/s^2.
+///     Only "aided": rate of change of the velocity while it is unknown, m/s^2.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or is not used by the method.
+///     A parameter is out of range, or the method does not use it.
 ///
 /// Examples
 /// --------
@@ -128,10 +133,11 @@ impl PositionFilter {
         Ok(bank.map_err(NativeError::from)?)
     }
 
-    /// Process a fix and return the position, m east and north: (2,) to (2,), with channels (k, 2)
-    /// to (k, 2). ``speed`` is of the shape of ``position``, ``cn0`` and ``rest`` are a number and
-    /// a bool, with channels (k,); ``dt`` is the time since the previous fix, s, by default one
-    /// period.
+    /// Process a fix and return the position, m east and north: (2,) to (2,).
+    ///
+    /// With channels the shapes are (k, 2). ``speed`` has the shape of ``position``. ``cn0`` is a
+    /// number and ``rest`` a bool, with channels (k,). ``dt`` is the time since the previous fix,
+    /// s, by default one period.
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -149,13 +155,14 @@ impl PositionFilter {
         this.shared.update_row(slf.py(), &rows)
     }
 
-    /// Update with each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to (n, k, 2);
-    /// ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes or
-    /// (n,). The interpreter lock is released.
+    /// Process each fix of a batch and return the positions: (n, 2) to (n, 2).
+    ///
+    /// With channels the shapes are (n, k, 2). ``cn0`` and ``rest`` are (n,), with channels (n, k).
+    /// ``dt`` is one time for all fixes or (n,). The interpreter lock is released.
     #[pyo3(signature = (
         position, speed=None, cn0=None, rest=None, dt=None, out=None, threads=None
     ))]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -173,9 +180,11 @@ impl PositionFilter {
         this.shared.process_samples(slf.py(), Samples::Copied(batch), out, threads)
     }
 
-    /// Like ``process``, but return all estimates after each fix, as arrays by name:
-    /// position, velocity and receiver_error (n, 2), sigma, missing and held (n,); with channels
-    /// (n, k, …). ``missing`` marks missing fixes, ``held`` fixes ignored by "heading".
+    /// Process a batch and return all estimates after each fix, as arrays by name.
+    ///
+    /// position, velocity and receiver_error are (n, 2); sigma, missing and held are (n,); with
+    /// channels (n, k, …). ``missing`` marks missing fixes, ``held`` marks fixes ignored by
+    /// "heading".
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -213,7 +222,7 @@ impl PositionFilter {
         let mut arguments =
             vec![("rate", text(rate), ""), ("method", format!("'{}'", method.name()), "'aided'")];
         for (name, value, usual) in &written {
-            // A number of fixes has no point.
+            // A number of fixes is a whole number.
             let whole = if *name == "window" { value.strip_suffix(".0") } else { None };
             let value = if value == usual { usual } else { whole.unwrap_or(value) };
             arguments.push((*name, value.to_owned(), usual.as_str()));
@@ -223,16 +232,20 @@ impl PositionFilter {
 }
 
 getters! { PositionFilter, slf, py, this;
-    /// East and north, m, NaN before the first fix: (2,), with channels (k, 2).
+    /// Position east and north, m, NaN before the first fix: (2,), with channels (k, 2).
     position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
-    /// Standard deviation of ``position`` per axis, m; NaN for "moving_average" and "heading":
-    /// float, with channels (k,).
+    /// Standard deviation of ``position`` per axis, m: float, with channels (k,).
+    ///
+    /// NaN for "moving_average" and "heading".
     sigma: Object<'py> = each(slf, &[], |known| vec![known.sigma])?;
-    /// Velocity east and north, m/s: for "aided" the last given one, zero at rest; NaN for
-    /// "moving_average" and "heading": (2,), with channels (k, 2).
+    /// Velocity east and north, m/s: (2,), with channels (k, 2).
+    ///
+    /// For "aided" it is the last given velocity, zero at rest. NaN for "moving_average" and
+    /// "heading".
     velocity: Object<'py> = each(slf, &[2], |known| known.velocity.to_vec())?;
-    /// Slow error of the receiver estimated by "aided", m east and north, else NaN: (2,), with
-    /// channels (k, 2).
+    /// Slow error of the receiver, m east and north: (2,), with channels (k, 2).
+    ///
+    /// Estimated by "aided"; NaN for other methods.
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
     /// True if the last fix was missing: bool, with channels (k,).
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
@@ -240,13 +253,13 @@ getters! { PositionFilter, slf, py, this;
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Fixes a second.
+    /// Fixes per second.
     rate: f64 = this.first().params().rate;
-    /// Treatment of the fixes.
+    /// Name of the method.
     method: &'static str = this.first().params().method.name();
 }
 
-/// Numbers of a shape, of each channel.
+/// Numbers with this shape, for each channel.
 fn each<'py>(
     filter: &Bound<'py, PositionFilter>,
     shape: &[usize],
@@ -267,7 +280,8 @@ struct Given<'a, 'py> {
 }
 
 impl Given<'_, '_> {
-    /// Side by side, `before` being the axes before those of a sample; with `dt` of each instant.
+    /// Interleaved inputs; `before` are the axes before a sample's axes. `dt` is the time of each
+    /// instant.
     fn rows(&self, before: &[usize], dt: Option<&[f64]>) -> PyResult<Vec<f64>> {
         let mut columns = Vec::new();
         let parts = [
@@ -279,7 +293,7 @@ impl Given<'_, '_> {
         for (name, first, width, given) in parts {
             let Some(given) = given else { continue };
             let axes = if width > 1 { [before, &[width]].concat() } else { before.to_vec() };
-            // Python's None and bool of one sample are no arrays.
+            // None and bool from Python are no arrays.
             let values = match axes.as_slice() {
                 [] => vec![arrays::sample(given)?],
                 _ => {
@@ -307,7 +321,7 @@ impl Given<'_, '_> {
     }
 }
 
-/// The arguments of a batch, logs and data frames as arrays.
+/// The arguments of a batch; logs and data frames become arrays.
 fn taken<'py>(
     filter: &Bound<'py, PositionFilter>,
     given: [Option<&Bound<'py, PyAny>>; 5],
@@ -321,7 +335,7 @@ fn batch(taken: &[Bound<'_, PyAny>; 5], channels: Option<usize>) -> PyResult<Rec
     Given { position, speed, cn0, rest }.batch(channels, dt)
 }
 
-/// The table of the constants of ``PositionFilter`` as dictionaries, as that of ``Attitude``.
+/// Return the table of the constants of ``PositionFilter`` as dictionaries, as for ``Attitude``.
 #[pyfunction]
 pub fn position_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let meaning = "'aided' uses Doppler, strength and rest and takes a slow receiver error for what \

@@ -13,34 +13,37 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Live detection of rest from a gyro's own output.
 ///
-/// Samples are grouped into ticks of a quarter of a second, four samples at least. The detector
-/// learns the variance within a tick at rest, and the distance of a tick's level from averages of
-/// 1, 4 and 16 s. A tick that chance exceeds once in a million ends the rest; 1.5 s near the level
-/// of the last rest begin the next. Results do not depend on the unit, nor on an added constant.
+/// Samples are grouped into ticks of a quarter of a second, at least four samples. The detector
+/// learns two values at rest: the variance within a tick, and the distance of its level from
+/// averages of 1, 4 and 16 s. A tick beyond what chance exceeds once in a million ends the rest.
+/// The next rest begins after 1.5 s near the level of the last rest. Results do not depend on the
+/// unit or on an added constant.
 ///
 /// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
-/// only a level that has lasted for 10 s counts as rest. Slow rotation at a constant rate and a
-/// bias look the same: a new constant level counts as rest after 10 s, plus about 11 s for each
-/// standard deviation of the samples between it and the old level, 60 s at most; so does a new
-/// noise, such as an engine's. The old level is kept, and a return to it takes 1.5 s. A rotation
-/// slower than about half of the samples' standard deviation is not noticed, and counts as drift.
-/// An accelerometer distinguishes many of these from rest: ``MotionDetector``.
+/// only a level that has lasted for 10 s counts as rest.
 ///
-/// A sample that is not finite is missing. Each channel is treated on its own. One object
-/// serves one thread at a time.
+/// Slow rotation at a constant rate and a bias look the same. A new constant level counts as rest
+/// after some time. This time is 10 s, plus about 11 s for each standard deviation of the samples
+/// between the old and the new level, at most 60 s. A new noise, such as an engine's, is accepted
+/// in the same way. The old level is kept, and a return to it takes 1.5 s. A rotation slower than
+/// about half of the samples' standard deviation is not noticed, and counts as drift. An
+/// accelerometer distinguishes many rotations from rest: ``MotionDetector``.
+///
+/// A sample that is not finite is missing. Each channel is treated on its own. One object serves
+/// one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second.
 /// channels : int, optional
-///     Number of signals; ``None`` is a single one.
+///     Number of signals; ``None`` is a single signal without a channel axis.
 /// rest_limit : float, optional
-///     Standard deviation of the samples within a tick above which a sensor cannot be at rest, in
-///     the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
-///     suits MEMS gyros: motors shake samples, but hardly their means.
+///     Largest standard deviation of the samples within a tick at rest, in the samples' unit. The
+///     means of six ticks may spread by at most three tenths of this limit. 10 deg/s suits MEMS
+///     gyros: motors shake samples, but hardly their means.
 /// bias_limit : float, optional
-///     Level above which it cannot be at rest, in the samples' unit.
+///     Largest level at rest, in the samples' unit.
 ///
 /// Raises
 /// ------
@@ -116,16 +119,20 @@ impl RestDetector {
 
 /// Live detection of a body's motion from its accelerometer alone.
 ///
-/// A gyro that turns slowly at a constant rate has the same output as a biased one at rest. In the
-/// axes of a turning body gravity turns, too, unless the rotation is about the vertical. Means of
-/// 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous ones: the body moves if
-/// they differ by more than the samples' noise explains, and by more than a rotation of gravity by
-/// 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s, one of 0.05
-/// deg/s after half a minute. Motion is over when none has been detected for one and a half times
-/// the time of its detection, and, for a minute at most, when the samples are about as quiet as
-/// before it. True means that the body moves, False that its motion is unknown.
+/// A gyro that turns slowly at a constant rate has the same output as a biased gyro at rest. In the
+/// axes of a turning body gravity turns, except for a rotation about the vertical.
 ///
-/// Any unit and any axes will do. A sample with an axis that is not finite is
+/// Means of 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous means. If the
+/// body moves, the difference exceeds two limits: the samples' noise, and a rotation of gravity by
+/// 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s. A rotation of
+/// 0.05 deg/s is detected after half a minute.
+///
+/// Motion ends when two conditions are met. First, no motion has been detected for 1.5 times the
+/// time of its detection. Second, the samples are about as quiet as before the motion; this
+/// condition is dropped after a minute. True means that the body moves, False that its motion is
+/// unknown.
+///
+/// The accelerometer may have any unit and any axes. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
 ///
 /// Parameters
@@ -133,7 +140,7 @@ impl RestDetector {
 /// rate : float
 ///     Samples per second.
 /// channels : int, optional
-///     Number of accelerometers in parallel; ``None`` is a single one.
+///     Number of parallel accelerometers; ``None`` is a single sensor without a channel axis.
 ///
 /// Raises
 /// ------
@@ -200,21 +207,21 @@ getters! { MotionDetector, slf, py, this;
     rate: f64 = this.first().rate();
 }
 
-/// The longest stretch of a record in which means of ticks stand still: first and last (exclusive)
-/// of its ticks, equal where there is none.
+/// Return the longest stretch of a record with constant means of ticks: first tick and end.
+///
+/// The end is exclusive; it equals the first tick if there is no such stretch.
 ///
 /// Parameters
 /// ----------
 /// means : array_like, shape (n, 6)
-///     Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a
-///     stretch.
+///     Mean rate, rad/s, and mean force, m/s^2, of each tick. NaN is missing and ends a stretch.
 /// gyro, accel : float
-///     How far they vary over the three axes, rad/s and m/s^2: their deviation, and half of the
-///     distance of one from the mean.
+///     Largest variation over the three axes, rad/s and m/s^2. It limits the standard deviation,
+///     and half the distance of a tick from the mean.
 /// turned : float
-///     How far gravity may turn in it, m/s^2.
+///     Largest rotation of gravity within the stretch, as a change of force, m/s^2.
 /// bias : float
-///     Mean rate beyond which it is a turn, rad/s.
+///     Mean rate above which the body rotates, rad/s.
 ///
 /// Returns
 /// -------
@@ -223,7 +230,7 @@ getters! { MotionDetector, slf, py, this;
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape.
+///     An array has another shape.
 #[pyfunction]
 pub fn longest_quiet(
     means: &Bound<'_, PyAny>,

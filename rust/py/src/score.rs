@@ -1,4 +1,4 @@
-//! Measures of a replay for Python, and the average that a filter has to beat.
+//! Measures of a replay for Python, and the average as a baseline for filters.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -11,18 +11,19 @@ use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::streaming::exclusive;
 
-/// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
-/// drift.
+/// Measures of k axes of a replay, for the raw samples and each estimate of their drift.
 ///
-/// Blocks have one row per axis. However a record is cut into them, the measures are the same.
+/// Blocks have one row per axis. The measures do not depend on the blocks' size.
 ///
 /// Parameters
 /// ----------
 /// axes, estimates : int
+///     Number of axes, and of estimates.
 /// horizons : sequence of int
-///     Of the coasting errors, in samples.
+///     Horizons of the coasting errors, in samples.
 /// delay : int, optional
-///     Samples to leave out before each motion, where rest matters; None measures all samples.
+///     Number of samples to leave out before each motion, in measures at rest; None measures all
+///     samples.
 #[pyclass(module = "zerorate._native")]
 #[derive(Debug)]
 pub struct ReplayScores {
@@ -54,8 +55,10 @@ impl ReplayScores {
         Ok(Self { axes: all, estimates, horizons: horizons.len(), leaves_out_motion })
     }
 
-    /// Takes a block of samples (k, n), the estimates of each method, where the filter learned, and
-    /// the true drift if it is known; the interpreter lock is released.
+    /// Process a block: samples (k, n), the estimates of each method, and optional arrays.
+    ///
+    /// ``at_rest`` is True where the filter learned, ``truth`` is the true drift. The interpreter
+    /// lock is released.
     #[pyo3(signature = (raw, estimates, at_rest=None, truth=None))]
     fn take(
         slf: &Bound<'_, Self>,
@@ -94,9 +97,11 @@ impl ReplayScores {
         Ok(())
     }
 
-    /// Ends the record and returns arrays by name: `mean`, `deviation` and `error`, (k, m + 1), the
-    /// raw samples first, `coasting`, (k, m + 1, horizons), unit times samples; of all samples
-    /// `missing`, `present` and `at_rest`, counts, `least` and `most`, (k,).
+    /// End the record and return arrays by name, with the raw samples first.
+    ///
+    /// `mean`, `deviation` and `error` are (k, m + 1). `coasting` is (k, m + 1, horizons), unit
+    /// times samples. `missing`, `present` and `at_rest` are counts of all samples. `least` and
+    /// `most` are (k,).
     fn finish<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let py = slf.py();
         let mut this = exclusive(slf)?;
@@ -136,24 +141,24 @@ const COUNTS: [Named<Totals, u64>; 3] = [
     ("at_rest", |totals| totals.at_rest),
 ];
 
-/// Exponential moving average of one axis that starts as the running mean.
+/// Return the exponential moving average of one axis; it starts as the running mean.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
-///     Samples; at those not finite the average is held.
+///     Samples; the average is held if a sample is not finite.
 /// gain : float
-///     From 0, which is the running mean, to 1, which is the samples themselves.
+///     Gain from 0, the running mean, to 1, the samples themselves.
 ///
 /// Returns
 /// -------
 /// ndarray, float64, shape (n,)
-///     NaN before the first sample that is present.
+///     Average; NaN before the first sample that is present.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A gain that is not in its range, or `z` of another shape.
+///     The gain is out of range, or `z` has another shape.
 #[pyfunction]
 pub fn exponential_mean<'py>(
     z: &Bound<'py, PyAny>,

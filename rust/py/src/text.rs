@@ -8,34 +8,35 @@ use zerorate_core::text::{Cell, Form};
 
 use crate::common::work::interruptible;
 
-/// Bytes that take as long as a sample of a filter.
+/// Number of bytes that take as long as one sample of a filter.
 const BYTES_A_SAMPLE: usize = 16;
 
-/// Fills `out` with the numbers in the rows of a text, if these hold nothing but plain numbers.
+/// Write the numbers in the rows of a text to `out`, if the rows hold only plain numbers.
 ///
 /// Parameters
 /// ----------
 /// text : bytes
+///     Text with the rows.
 /// begin, end : int
-///     Of the rows, the last of which has no line end.
+///     First byte of the rows and their end (exclusive); the last row has no line end.
 /// delimiter : int or None
-///     The byte between cells; None for any run of blanks.
+///     Byte between cells; None for any run of blanks.
 /// point : int
-///     The byte before decimals.
+///     Byte before decimals.
 /// places : sequence of int
-///     Of each cell of a row: which row of `out` it goes to, -1 for none.
+///     For each cell of a row: its row in `out`, -1 for none.
 /// whole : sequence of bool
-///     Of each row of `out`: whether it takes the 64 bits of whole numbers.
+///     For each row of `out`: True if it takes whole numbers of 64 bits.
 /// missing : sequence of bytes
-///     What stands for no value.
+///     Texts of a missing value.
 /// out : ndarray of float64, shape (k, n)
-///     Of as many columns as there are lines.
+///     Array for the numbers, with one column per line.
 ///
 /// Returns
 /// -------
 /// bool
-///     False where anything is not plain, as quotes, remarks, empty lines, texts, infinities, rows of
-///     more or fewer cells; `out` then holds anything.
+///     False if anything is not a plain number: quotes, remarks, empty lines, texts, infinities, or
+///     rows with more or fewer cells. `out` then holds arbitrary numbers.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn parse_rows(

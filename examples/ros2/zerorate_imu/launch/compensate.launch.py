@@ -10,7 +10,7 @@ from launch_ros.actions import Node
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what ROS starts."""
+    """Return the description of the processes that ROS starts."""
     params = Path(get_package_share_directory("zerorate_imu"), "config", "params.yaml")
     return LaunchDescription(
         [

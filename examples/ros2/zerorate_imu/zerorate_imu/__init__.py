@@ -1,1 +1,1 @@
-"""A node of ROS 2 that removes the bias of an IMU's gyro."""
+"""ROS 2 node that removes the bias of an IMU's gyro."""

@@ -1,4 +1,4 @@
-"""What the node does with samples, without ROS."""
+"""Processing of the samples, without ROS."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,15 +10,15 @@ import zerorate as zr
 from zerorate.noise import MotionDetector
 
 FIRST = 100
-"""Messages whose stamps tell the rate: a second at most rates, and more than any jitter."""
+"""Number of messages for the rate: a second at most rates, and longer than any jitter."""
 
 GAP_MOST = 60.0
-"""Seconds of missing samples that are put in where messages are lost; longer is a new start."""
+"""Longest gap that is filled with missing samples, s; a longer gap is a new start."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A message: seconds, rad/s, m/s² (none where the message says that it has none)."""
+    """A message: time, s, rate, rad/s, and acceleration, m/s² (None if the message has none)."""
 
     time: float
     gyro: tuple[float, float, float]
@@ -27,50 +27,50 @@ class Sample:
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known after a sample, in rad/s and rad."""
+    """State after a sample, in rad/s and rad."""
 
     rate: np.ndarray
-    """Compensated, (3,); NaN where the sample is missing."""
+    """Compensated rate, (3,); NaN if the sample is missing."""
     variance: np.ndarray
-    """Of each axis, (rad/s)²: white noise and what is not known of the bias; NaN before the noise
-    is known."""
+    """Variance of each axis, (rad/s)²: white noise and uncertainty of the bias; NaN while the noise
+    is unknown."""
     bias: np.ndarray
     bias_sigma: np.ndarray
     quaternion: np.ndarray | None = None
-    """x, y, z, w from the sensor's axes to east, north, up; None without an attitude."""
+    """Quaternion x, y, z, w from the sensor's axes to east, north, up; None without an attitude."""
     tilt_sigma: float = float("nan")
     heading_sigma: float = float("nan")
 
 
 @dataclass
 class Counts:
-    """What was not as it should be since the start."""
+    """Numbers of irregularities since the start."""
 
     lost: int = 0
-    """Samples that the stamps say are missing."""
+    """Samples that are missing according to the time stamps."""
     late: int = 0
-    """Messages that were not later than the one before; they are left out."""
+    """Messages that are not later than the previous message; they are left out."""
     restarts: int = 0
-    """Gaps after which everything began anew."""
+    """Gaps after which everything started again."""
 
 
 @dataclass
 class Compensator:
-    """The bias of an IMU's gyro, learned at rest and removed, and the attitude.
+    """Bias of an IMU's gyro, learned at rest and removed, and the attitude.
 
     Parameters
     ----------
     options : mapping
-        Of `zerorate.DriftFilter`, in rad/s.
+        Options of `zerorate.DriftFilter`, in rad/s.
     rate : float
-        Samples per second; 0 waits for the first messages and takes it from their stamps.
+        Sampling rate, Hz. 0 takes it from the time stamps of the first messages.
     attitude : bool
-        Whether to tell the orientation.
+        True computes the orientation.
 
     Raises
     ------
     ValueError
-        If an option is out of its range.
+        If an option is out of range.
     """
 
     options: Mapping[str, float | str]
@@ -79,7 +79,7 @@ class Compensator:
     counts: Counts = field(default_factory=Counts)
 
     def __post_init__(self) -> None:
-        """Refuse what is out of range now, not at the first message."""
+        """Check the options now, not at the first message."""
         self._gyro: zr.DriftFilter | None = None
         self._first: list[float] = []
         self._last: float | None = None
@@ -94,7 +94,7 @@ class Compensator:
         return self._gyro
 
     def take(self, sample: Sample) -> Answer | None:
-        """Take a message; return what is known then, None while the rate is not."""
+        """Process a message; return the state, or None while the rate is unknown."""
         if self._last is not None and sample.time <= self._last:
             self.counts.late += 1
             return None
@@ -108,16 +108,16 @@ class Compensator:
         return self._step(sample.gyro, accel)
 
     def save(self) -> bytes | None:
-        """Return the drift filter as bytes, None before the rate is known."""
+        """Return the drift filter as bytes; None while the rate is unknown."""
         return None if self._gyro is None else self._gyro.to_bytes()
 
     def restore(self, saved: bytes) -> None:
-        """Know the noise of an earlier run; the bias of a sensor that was off is another one.
+        """Restore the noise of an earlier run; the bias is learned again after power-off.
 
         Raises
         ------
         ValueError
-            If the bytes are not those of such a filter.
+            If the bytes are not a saved drift filter.
         """
         zr.DriftFilter.from_bytes(saved)
         self._known = saved
@@ -136,7 +136,7 @@ class Compensator:
         self._gyro = zr.DriftFilter(self.rate, channels=3, **self.options)
         if self._known is not None:
             known = zr.DriftFilter.from_bytes(self._known)
-            # Of another rate or other options nothing is taken over.
+            # With another rate or other options, nothing is restored.
             if (known.rate, known.params) == (self._gyro.rate, self._gyro.params):
                 known.power_on()
                 self._gyro = known
@@ -144,7 +144,7 @@ class Compensator:
         self._attitude = zr.Attitude(self.rate, mag=False) if self.attitude else None
 
     def _lost(self, time: float) -> int:
-        """Return the samples between the last message and this one."""
+        """Return the number of samples lost between the last message and this message."""
         if self._last is None:
             return 0
         span = time - self._last

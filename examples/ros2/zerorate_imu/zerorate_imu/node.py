@@ -26,14 +26,14 @@ LEVELS = {
     "provisional": DiagnosticStatus.WARN,
     "stuck": DiagnosticStatus.ERROR,
 }
-"""How bad what a drift filter is doing is."""
+"""Severity of each status of a drift filter."""
 
 
 class CompensateNode(Node):
-    """Removes the bias of a gyro, message by message."""
+    """Node that removes the bias of a gyro, message by message."""
 
     def __init__(self) -> None:
-        """Read the parameters, and whatever an earlier run has kept."""
+        """Read the parameters, and the saved state of an earlier run."""
         super().__init__("zerorate_imu")
         values = {p.name: self.declare_parameter(p.name, p.default).value for p in PARAMETERS}
         self._compensator = Compensator(
@@ -53,21 +53,21 @@ class CompensateNode(Node):
         """Answer a message."""
         self._heard += 1
         stamp = message.header.stamp
-        # By REP 145 a first covariance of -1 says that there is no such sensor.
+        # By REP 145, a first covariance of -1 means that the sensor does not exist.
         has_accel = message.linear_acceleration_covariance[0] != -1.0
         accel = _tuple(message.linear_acceleration) if has_accel else None
         sample = Sample(stamp.sec + 1e-9 * stamp.nanosec, _tuple(message.angular_velocity), accel)
         answer = self._compensator.take(sample)
         if answer is None:
             return
-        # A missing sample has no compensated rate, and filters downstream no use for a NaN.
+        # A missing sample has no compensated rate, and filters downstream cannot use a NaN.
         if isfinite(answer.rate).all():
             self._data.publish(_compensated(message, answer))
         self._bias.publish(_vector(message.header, answer.bias))
         self._bias_sigma.publish(_vector(message.header, answer.bias_sigma))
 
     def diagnose(self) -> None:
-        """Tell how it goes."""
+        """Publish the diagnostics."""
         status = DiagnosticStatus(name="zerorate_imu: gyro", hardware_id="imu")
         gyro = self._compensator.gyro
         heard, self._heard = self._heard, 0
@@ -85,7 +85,7 @@ class CompensateNode(Node):
         self._diagnostics.publish(array)
 
     def keep(self) -> None:
-        """Write what is known into the file, if there is one."""
+        """Save the state to the file, if a file is set."""
         saved = self._compensator.save()
         if self._file is not None and saved is not None:
             with atomic_path(self._file, force=True) as temporary:
@@ -120,7 +120,7 @@ def _vector(header, values) -> Vector3Stamped:
 
 
 def _compensated(message: Imu, answer: Answer) -> Imu:
-    """Return the message with what is known: what it has of the accelerometer stands."""
+    """Return the message with the compensated values; the accelerometer part is unchanged."""
     out = Imu(
         header=message.header,
         linear_acceleration=message.linear_acceleration,
@@ -135,14 +135,14 @@ def _compensated(message: Imu, answer: Answer) -> Imu:
         return out
     q = out.orientation
     q.x, q.y, q.z, q.w = (float(x) for x in answer.quaternion)
-    # The tilt's deviation is of both level axes together.
+    # The tilt's standard deviation is the total of both level axes.
     level = 0.5 * answer.tilt_sigma**2
     out.orientation_covariance = _diagonal(level, level, answer.heading_sigma**2)
     return out
 
 
 def _rate_covariance(message: Imu, answer: Answer) -> list[float]:
-    """Return the covariance: the message's own noise until that is measured."""
+    """Return the covariance; it is the message's own until the noise is measured."""
     if isfinite(answer.variance).all():
         return _diagonal(*answer.variance)
     said = [message.angular_velocity_covariance[4 * i] for i in range(3)]

@@ -1,4 +1,4 @@
-"""The node's parameters: its own, and those of the drift filter from the table of its options."""
+"""Parameters of the node: its own, and the drift filter's, from the table of its options."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from zerorate.options import FILTER_OPTIONS, add_rest_limits
 
 UNIT = "rad/s"
-"""Of sensor_msgs/Imu."""
+"""Unit of the rate in sensor_msgs/Imu."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter as ROS knows it: a type that does not change, so zero or "" for not given."""
+    """A parameter in ROS; its type is fixed, so zero or "" means that it is not set."""
 
     name: str
     default: bool | float | str
@@ -31,7 +31,7 @@ OWN = (
 def _of_filter() -> Iterator[Parameter]:
     limits = add_rest_limits({}, ["auto"], UNIT)
     for option in FILTER_OPTIONS.values():
-        # The node runs the method that needs no tuning, and publishes compensated rates.
+        # The node runs the self-tuning method, and publishes compensated rates.
         if "auto" not in option.methods or option.name in ("method", "output"):
             continue
         words = option.meaning
@@ -49,7 +49,7 @@ PARAMETERS = (*OWN, *FILTER)
 
 
 def filter_options(values: Mapping[str, bool | float | str]) -> dict[str, float | str]:
-    """Return the options of a drift filter that were given; `ValueError` if one is no number."""
+    """Return the drift filter's options that are set; raises `ValueError` for non-numbers."""
     given = {parameter.name: values[parameter.name] for parameter in FILTER}
     return {name: value for name, value in given.items() if value not in (0.0, "")}
 
@@ -73,7 +73,7 @@ def as_yaml() -> str:
 def _value(value: bool | float | str) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    # ROS tells a float from an integer by its point.
+    # ROS distinguishes a float from an integer by its decimal point.
     return f'"{value}"' if isinstance(value, str) else repr(round(value, 6))
 
 

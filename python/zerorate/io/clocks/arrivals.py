@@ -1,10 +1,10 @@
-"""Stamps of arrival: samples that their host stamped as they came, in bursts, and their own clock.
+"""Clocks from arrival stamps: samples that a host stamped when they arrived, in bursts.
 
-A sample arrives after it was made, never before. So the clock that made the samples is the line
-under their stamps, and what a pause holds back comes in the burst after it: the stamps fall back
-to the line. Where they stay above it for good, samples were lost.
+A sample arrives after it was made, never before. So the sensor's clock is the lower line below the
+stamps. Samples delayed by a pause arrive in the next burst, and the stamps return to the line. If
+the stamps stay above it, samples were lost.
 
-Only the last sample of a burst comes near the line, so it stands for its burst here.
+Only the last sample of a burst is close to the line. It represents the burst here.
 """
 
 from __future__ import annotations
@@ -17,30 +17,28 @@ from zerorate.io.clocks.gaps import LONG_STEP_PERIODS, LONG_WINDOW_ROWS, MAX_ROU
 from zerorate.record.clock import RATE_TOLERANCE
 from zerorate.types import Booleans, Floats, Integers
 
-_LAG_ROWS: Final = 512  # rows over which bursts even out
-_MIN_BURSTS_AT_STATED_RATE: Final = (
-    3  # bursts of which there is one that is neither the first nor the last
-)
-_MAX_SHORT_STEP_PERIODS: Final = 0.8  # of the period by count, at most: steps within a burst
+_LAG_ROWS: Final = 512  # rows that average over bursts
+_MIN_BURSTS_AT_STATED_RATE: Final = 3  # bursts, so that one is neither the first nor the last
+_MAX_SHORT_STEP_PERIODS: Final = 0.8  # longest step within a burst, in periods by count
 _WINDOW_BURSTS: Final = (
     WINDOW_ROWS,
     WINDOW_ROWS // 3,
-)  # bursts: the more see past delays, the fewer past gaps
-_MIN_LIFT_SIGMAS: Final = 10.0  # standard deviations of the line, which no burst leaves for good
-_SIGMA_PER_IQR: Final = 0.7413  # standard deviation of normal noise over its interquartile range
+)  # bursts: more tolerate longer delays, fewer resolve closer gaps
+_MIN_LIFT_SIGMAS: Final = 10.0  # smallest lasting rise of the line, in standard deviations
+_SIGMA_PER_IQR: Final = 0.7413  # standard deviation of normal noise by its interquartile range
 
 
 class Bursts(NamedTuple):
-    """Bursts in which n samples arrived, and the clock that made them.
+    """Bursts in which n samples arrived, and the clock of the sensor.
 
     Parameters
     ----------
     period
-        Period of that clock, s.
+        Period of the sensor's clock, s.
     missing
-        Samples lost in each step, shape (n - 1,).
+        Number of samples lost in each step, shape (n - 1,).
     last
-        The last row of each burst.
+        Last row of each burst.
     """
 
     period: float
@@ -49,12 +47,11 @@ class Bursts(NamedTuple):
 
 
 def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
-    """Return the bursts in which samples arrived, None unless the stamps are those of arrival.
+    """Return the bursts in which samples arrived; None if the stamps are no arrival stamps.
 
-    They are if most steps are clearly shorter than the period by the count of rows, and if
-    pauses of different length are made up for by what comes after them. A sensor that was
-    switched on and off does neither. A ``rate``, Hz, that somebody has stated needs no such
-    evidence.
+    Arrival stamps have two properties. Most steps are clearly shorter than the period by the number
+    of rows. And samples after a pause compensate for the pause, whatever its length. A sensor that
+    is switched off and on has neither. With a stated ``rate``, Hz, this evidence is not necessary.
     """
     steps = np.diff(stamps)
     lag = min(_LAG_ROWS, len(stamps) // 8)
@@ -76,13 +73,13 @@ def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
 
 
 def _fits_rate(rate: float, period: float, stamps: Floats, steps: Floats) -> bool:
-    """Return True if a rate fits the count of rows; a short log fixes it to its longest pause."""
+    """Return True if a rate fits the number of rows, within the log's longest pause."""
     fits_span = abs(float(stamps[-1]) - len(steps) / rate) <= float(steps.max())
     return fits_span or abs(rate * period - 1) <= RATE_TOLERANCE
 
 
 def find_floor(late: Floats) -> float:
-    """Return the level that the latest samples of bursts, so late on a clock, come down to."""
+    """Return the lowest lateness of bursts, which defines the line below the stamps."""
     return float(np.median(_window_minima(late, WINDOW_ROWS, 2 * WINDOW_ROWS + 1)))
 
 
@@ -103,12 +100,12 @@ class _Pauses:
         )
 
     def _level_spread(self, width: int) -> float:
-        """Return the rise and fall of the line under so many bursts."""
+        """Return the variation of the line below the stamps, over windows of `width` bursts."""
         level = self._end - _slope(self._end, self._last, width) * self._last
         return _interquartile_range(_level_rises(level, width))
 
     def find_lost(self) -> tuple[float, Floats]:
-        """Return the period of the samples, and the number of lost ones in each pause."""
+        """Return the period of the samples, and the number of samples lost in each pause."""
         lost = np.zeros(len(self._length))
         for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
             for _ in range(MAX_ROUNDS):
@@ -124,7 +121,7 @@ class _Pauses:
     def _find_corrections(
         self, before: Floats, known: Booleans, period: float, width: int
     ) -> Floats:
-        """Return the samples that each pause lacks, if those before each burst are lost."""
+        """Return the corrections of the samples lost in each pause, from the rise of the line."""
         low = self._end - period * (self._last + before)
         high = self._begin - period * (self._first + before)
         lift = _level_rises(low, width)
@@ -133,7 +130,7 @@ class _Pauses:
             LONG_STEP_PERIODS * period,
             _MIN_LIFT_SIGMAS * _SIGMA_PER_IQR * _interquartile_range(lift),
         )
-        # A pause in which samples were lost is about as long as they would have taken.
+        # If samples were lost in a pause, its length is about their number of periods.
         new = lifted & (self._length > 0.5 * lift)
         new &= ~_find_unconfirmed(lift, new) | (lift > _max_lateness(low, high, lifted))
         corrections = np.where(new | known, np.rint(lift / period), 0.0)
@@ -141,19 +138,19 @@ class _Pauses:
 
 
 def _level_rises(level: Floats, width: int) -> Floats:
-    """Return the rise of the lowest level after each pause over the lowest before it."""
+    """Return the lowest level after each pause minus the lowest level before it."""
     lowest = _window_minima(level, width - 1, width)
     return lowest[width:] - lowest[: len(level) - 1]
 
 
 def _window_minima(level: Floats, margin: int, width: int) -> Floats:
-    """Return the lowest level in every window, from one that begins so many places before it."""
+    """Return the lowest level in each window; the first one begins `margin` places early."""
     padded = np.pad(level, margin, constant_values=np.inf)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, width).min(axis=1))
 
 
 def _find_unconfirmed(lift: Floats, new: Booleans) -> Booleans:
-    """Return the mask of lifts with too few bursts before the log ends or is lifted by more."""
+    """Return the mask of lifts with too few bursts before the log's end or a larger lift."""
     unconfirmed = np.ones(len(lift), np.bool_)
     for i in np.flatnonzero(new[: len(lift) + 1 - WINDOW_ROWS]):
         ahead = slice(i + 1, i + WINDOW_ROWS)
@@ -162,7 +159,7 @@ def _find_unconfirmed(lift: Floats, new: Booleans) -> Booleans:
 
 
 def _max_lateness(low: Floats, high: Floats, lifted: Booleans) -> float:
-    """Return the latest that a sample has ever come, away from lifts."""
+    """Return the largest lateness of any sample away from lifts."""
     width = 2 * WINDOW_ROWS + 1
     is_away = (
         _window_minima(np.where(np.append(lifted, False), -1.0, 0.0), WINDOW_ROWS, width) == 0.0
@@ -172,7 +169,7 @@ def _max_lateness(low: Floats, high: Floats, lifted: Booleans) -> float:
 
 
 def _thin_corrections(wrong: Floats, width: int) -> Floats:
-    """Return the corrections without those that an earlier one close by may explain."""
+    """Return the corrections, without those that an earlier correction nearby may explain."""
     thinned, next_free = np.zeros(len(wrong)), 0
     for i in np.flatnonzero(wrong).tolist():
         if i >= next_free:

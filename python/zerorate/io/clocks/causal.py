@@ -1,10 +1,10 @@
-"""The clock of a live stream: the estimate before later stamps arrive, and its revisions.
+"""Clock of a live stream: immediate estimates, and their later revisions.
 
-The clock of a log (`zerorate.io.clocks.clock`) sees all stamps, this one those up to now. Both go
-by one rule: a sample stands one period after the one before, however late, coarse or equal their
-stamps are, unless samples were lost. Where only later stamps show which it is, this clock decides
-by the known state, and calls the functions of the log's clock once those stamps are there. If they
-say otherwise, `CausalClock.revised` holds the steps as they should have been.
+The clock of a log (`zerorate.io.clocks.clock`) uses all stamps, the clock of a stream only the
+stamps to date. Both follow one rule: without a loss, a sample comes one period after the sample
+before, even if the stamps are late, coarse or equal. If only later stamps can show a loss, this
+clock first decides by its current state. When these stamps have arrived, it calls the functions of
+the log's clock. If their result differs, `CausalClock.revised` contains the corrected steps.
 """
 
 from __future__ import annotations
@@ -22,40 +22,39 @@ from zerorate.record.log import LogError
 from zerorate.types import Floats
 
 MAX_GAP_S: Final = 3600.0
-"""Seconds that are missing at most where stamps leap: after an hour nothing more is forgotten."""
+"""Longest gap reported as missing samples, s. After an hour, filters forget nothing more."""
 _HISTORY_ROWS: Final = LONG_WINDOW_ROWS + WINDOW_ROWS
-"""Rows before a step that decide on it, and rows after it at most."""
+"""Rows before a step that determine it, and largest number of rows after it."""
 _MIN_START_ROWS: Final = 64
 _MIN_START_S: Final = 0.25
 _MAX_START_ROWS: Final = 2048
-"""Rows that the clock is fitted to first: so many, in so many seconds if those hold more."""
+"""Largest number of rows in the first fit of the clock."""
 _MAX_LEVELS: Final = 32
-"""Levels whose slope is the period."""
+"""Number of levels used to estimate the period."""
 _MIN_LEVELS: Final = 4
 _BLOCKS_PER_LEVEL: Final = 8
-"""Blocks of equal stamps in a level."""
+"""Blocks of equal stamps per level."""
 _PERIOD_TOLERANCE: Final = 1e-5
-"""Part by which a period may differ from that of the rate and count as the same: no gyro's scale
-is known better."""
+"""Relative difference of periods that count as equal: no gyro's scale is more accurate."""
 _MAX_SLEW: Final = 0.02
-"""Part of a period by which steps make up for time that was reported wrong."""
+"""Largest relative change of a step to correct earlier errors of the time."""
 _MIN_LONG_BLOCK_ROWS: Final = 4.0
-"""Rows of a block from which on the latest stamps of blocks are compared."""
+"""Length of blocks, in rows, from which on only the latest stamps of blocks are compared."""
 _MAX_STEP_PERIODS: Final = 64
-"""Periods beyond which a step counts as shorter."""
+"""Longest step, in periods; longer steps are shortened for the estimate."""
 
 
 class Step(NamedTuple):
-    """From one sample to the next.
+    """Step from one sample to the next.
 
     Parameters
     ----------
     missing : int
-        Samples that were lost in between.
+        Number of samples lost in between.
     dt : float or None
-        Seconds a sample; None is the period of the rate stated.
+        Time per sample, s; None for the period of the stated rate.
     time : float
-        Of the sample since the first one, s.
+        Time since the first sample, s.
     """
 
     missing: int
@@ -67,30 +66,30 @@ _REGULAR_STEP: Final = Step(0, None, math.nan)
 
 
 class CausalClock:
-    """Turns stamps into steps as they come.
+    """Converts stamps to steps as they arrive.
 
-    - Equal stamps, as of a block from a FIFO, and late ones are a period apart each.
-    - Stamps that stay ahead of the count of rows: samples were lost, and are missing.
-    - Stamps that step back and stay there: the clock was set, and samples go on. By more than a
-      second it restarted; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
-    - The period is that of the rate stated as long as the stamps do not contradict it, else theirs.
+    - Equal stamps, as from a FIFO, and late stamps become steps of one period.
+    - Stamps that stay ahead of the row count show lost samples, counted as missing.
+    - Stamps that jump back and stay there show a clock that was set; samples continue. After a jump
+      of over a second, the clock restarted, and `RESTART_GAP_S` count as missing.
+    - The period follows the stated rate unless the stamps contradict it.
 
     Parameters
     ----------
     rate : float
-        Rate stated, Hz.
+        Stated rate, Hz.
     times : bool
-        True if steps hold times; they are NaN if not.
+        Compute the times of the steps; otherwise they are NaN.
 
     Attributes
     ----------
     period : float
         Period of the stamps to date, s.
     own : bool
-        True if steps follow it, since the rate contradicts it.
+        True if steps use the period of the stamps because it contradicts the stated rate.
     revised : list of Step or None
-        After `take`: the steps to the samples that were undecided, as they should have been, the
-        last one among them; None where they stand.
+        After `take`: corrected steps of the undecided samples, including the last; None without a
+        correction.
 
     Examples
     --------
@@ -111,9 +110,9 @@ class CausalClock:
         self.gap_count = self.missing_count = self.revised_count = 0
         self._begun, self._learning = False, _start_rows(rate)
         self._last = 0.0
-        # The line through the stamps: place and time of the last row on it, how late that is.
+        # The line through the stamps: index and time of its last row, and that row's lateness.
         self._place, self._line, self._late = 0, 0.0, 0.0
-        # Times are given from an index and its time on, one sample each dt.
+        # Reported times count from an index and its time, with one sample per dt.
         self._since, self._base = 0, 0.0
         self._dt: float | None = None
         self._offset: float | None = None
@@ -121,25 +120,25 @@ class CausalClock:
         self._levels: list[list[float]] = []
         self._left = self._rows = LONG_WINDOW_ROWS
         self._short_count, self._block, self._width = 0, 1.0, WINDOW_ROWS
-        # Rows that are undecided, and what was known before them.
+        # Undecided rows, and the state before them.
         self._open: list[list[Any]] = []
         self._mark: list[Any] = []
         self._quiet = 0
 
     @property
     def times(self) -> bool:
-        """True if steps hold times."""
+        """True if steps have times."""
         return self._times
 
     @property
     def undecided(self) -> int:
-        """Samples, the last one among them, whose steps may yet be revised."""
+        """Number of samples with steps that may still be revised, including the last sample."""
         return len(self._open)
 
     def take(self, stamp: float | None, lost: int = 0) -> Step:
-        """Return the step to a sample of this stamp, s since the first; None for one unknown.
+        """Return the step to a sample with this stamp, s since the first stamp; None if unknown.
 
-        ``lost`` samples are known to be lost before it, as sequence numbers say.
+        ``lost`` is the number of lost samples before it, from sequence numbers.
         """
         self.revised = None
         if not self._begun:
@@ -172,7 +171,7 @@ class CausalClock:
         return _REGULAR_STEP if self._dt is None else Step(0, self._dt, math.nan)
 
     def sentences(self) -> Iterator[str]:
-        """Yield the corrections, with their counts."""
+        """Yield sentences on the corrections, with their counts."""
         off = f"how long the clock was off is not known, {RESTART_GAP_S:g} s are taken as missing"
         lost = f"{count_noun(self.missing_count, 'sample')} taken as missing"
         for count, noun, done in (
@@ -190,12 +189,12 @@ class CausalClock:
             )
 
     def state(self) -> dict[str, Any]:
-        """Return the state, as JSON stores it."""
+        """Return the state for JSON."""
         return {name: value for name, value in vars(self).items() if name != "revised"}
 
     @classmethod
     def of_state(cls, rate: float, state: Mapping[str, Any]) -> Self:
-        """Return the clock of a state; ValueError if it is of none."""
+        """Return the clock with a saved state; ValueError if the state is not valid."""
         clock = cls(rate, state["_times"])
         if clock.state().keys() != state.keys() or state["rate"] != rate:
             raise ValueError("the state is that of another clock")
@@ -214,7 +213,7 @@ class CausalClock:
         return self._base + (count / self.rate if self._dt is None else count * self._dt)
 
     def _take_irregular(self, step: float, lost: int) -> Step:
-        """Return the step where it is not that of a regular clock, or may yet be revised."""
+        """Return the step for an irregular stamp, or while rows are undecided."""
         missing, jump = self._estimate_missing(step - lost * self.period)
         doubt = missing > 0 or jump < 0.0 or step < -LONG_STEP_PERIODS * self.period
         if doubt and not self._open:
@@ -231,7 +230,7 @@ class CausalClock:
         return result
 
     def _estimate_missing(self, step: float) -> tuple[int, float]:
-        """Return the samples missing in a step and the jump of the clock, by what came before."""
+        """Return the missing samples in a step and the jump of the clock, from earlier stamps."""
         period = self.period
         if step < -MIN_RESTART_S:
             missing = round(RESTART_GAP_S / period)
@@ -239,7 +238,7 @@ class CausalClock:
         if step <= LONG_STEP_PERIODS * period:
             return 0, 0.0
         late = self._late + step - period
-        # As late as stamps have been before is no gap.
+        # A stamp is no gap if earlier stamps were equally late.
         missing = max(0, round((late - max(self._lates[-self._width :])) / period))
         max_missing = self._max_missing
         return (
@@ -253,7 +252,7 @@ class CausalClock:
         return int(MAX_GAP_S / self.period)
 
     def _advance(self, step: float, lost: int, missing: int, jump: float) -> Step:
-        """Go on by a step that was decided."""
+        """Advance the clock by a decided step."""
         count = 1 + lost + missing
         self._place += count
         self._line += count * self.period
@@ -273,7 +272,7 @@ class CausalClock:
             self.missing_count += times * missing
 
     def _has_evidence(self) -> bool:
-        """Return True if enough rows have arrived to decide on the open ones."""
+        """Return True if enough rows have arrived to decide the undecided rows."""
         rows = len(self._open)
         if self._learning:
             return rows >= self._learning
@@ -284,13 +283,13 @@ class CausalClock:
         return self._quiet >= WINDOW_ROWS and self._is_level()
 
     def _is_level(self) -> bool:
-        """Return True if the last stamps are as even as those before the doubt."""
+        """Return True if the last stamps are as regular as the stamps before the doubtful one."""
         before, after = self._lates[: self._mark[3]][-WINDOW_ROWS:], self._lates[-WINDOW_ROWS:]
         usual = max(before) - min(before) if before else 0.0
         return max(after) - min(after) <= usual + 0.5 * self.period
 
     def _decide(self) -> None:
-        """Decide on the open rows, and return True if that revises reported times."""
+        """Decide the undecided rows; fill `revised` if reported steps change."""
         decided = self._fit_start() if self._learning else self._decide_gaps()
         self._learning = 0
         rows, self._open = self._open, []
@@ -311,7 +310,7 @@ class CausalClock:
             self.revised.append(self._advance(step, lost, missing, jump))
 
     def _fit_start(self) -> list[list[Any]] | None:
-        """Fit the clock of the first rows as that of a log; None leaves it as it is."""
+        """Fit the clock of the first rows as for a log; return None if that fails."""
         if any(lost for _, lost, _, _ in self._open):
             return None
         stamps = np.cumsum([step for step, *_ in self._open])
@@ -331,7 +330,7 @@ class CausalClock:
         )
 
     def _decide_gaps(self) -> list[list[Any]] | None:
-        """Return samples missing before each open row, and jumps, as the clock of a log says."""
+        """Return missing samples and jumps before each undecided row, from the log's functions."""
         if self._block > _MIN_LONG_BLOCK_ROWS:
             return self._decide_by_blocks()
         period, late_count = self.period, self._mark[3]
@@ -339,7 +338,7 @@ class CausalClock:
         excess = [step - (1 + lost) * period for step, lost, *_ in self._open]
         late = np.concatenate((before, self._mark[2] + np.cumsum(excess)))
         stamps = late + period * np.arange(len(late))
-        # Equal stamps are no step back, whatever rounding makes of them here.
+        # Equal stamps are no backward step; rounding would make them one.
         steps = np.diff(stamps)
         steps[np.abs(steps) < _PERIOD_TOLERANCE * period] = 0.0
         back = find_setbacks(stamps, steps, period)
@@ -355,14 +354,14 @@ class CausalClock:
         return self._add_jumps(missing[-n:].astype(int).tolist(), back[-n:])
 
     def _correct_by_levels(self, missing: Floats, late: Floats) -> None:
-        """Correct the one gap among open rows by the levels before and after, if both are even."""
+        """Correct a single gap by the levels before and after it, if both are regular."""
         gaps = np.flatnonzero(missing)
         if len(gaps) == 1 and self._quiet >= WINDOW_ROWS and self._is_level():
             levels = np.median(late[: -len(missing)][-WINDOW_ROWS:]), np.median(late[-WINDOW_ROWS:])
             missing[gaps] = max(0.0, np.rint((levels[1] - levels[0]) / self.period))
 
     def _decide_by_blocks(self) -> list[list[Any]]:
-        """Return the result of `_decide_gaps` for long blocks, by their latest stamps."""
+        """Return the result of `_decide_gaps` for long blocks, from their latest stamps."""
         if any(jump < 0.0 for *_, jump in self._open):
             return [row[2:] for row in self._open]
         period, late_count = self.period, self._mark[3]
@@ -383,7 +382,7 @@ class CausalClock:
         return decided
 
     def _take_level(self) -> None:
-        """Note the level of the stamps, and follow their period."""
+        """Add a level of the stamps, and update the period."""
         width = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
         ordered = sorted(self._lates[-width:])
         level = self._line + ordered[len(ordered) // 2]
@@ -400,7 +399,7 @@ class CausalClock:
             self._follow()
 
     def _set_widths(self, spread: float) -> None:
-        """Set the number of rows that show the lateness of stamps, and that make a level."""
+        """Set the number of rows to measure the lateness of stamps, and the rows of a level."""
         self._left = self._rows = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
         self._width = WINDOW_ROWS if spread <= 0.5 * self.period else self._left
 
@@ -418,7 +417,7 @@ class CausalClock:
             )
 
     def _set_period(self, period: float, doubt: float) -> None:
-        """Take a period as that of the stamps, and return True if the rate contradicts it."""
+        """Set the period of the stamps, and `own` if it contradicts the stated rate."""
         self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _PERIOD_TOLERANCE))
         period = period if self.own else 1.0 / self.rate
         rows = range(len(self._lates) - 1, -1, -1)
@@ -444,7 +443,7 @@ def _start_rows(rate: float) -> int:
 
 
 def _shorten_leaps(stamps: Floats, period: float) -> tuple[Floats, Floats]:
-    """Return stamps with lasting leaps of at most some periods, and the samples taken out."""
+    """Return stamps with lasting jumps shortened, and the number of samples removed at each."""
     more = np.zeros(len(stamps))
     stamps = stamps.copy()
     for row in (np.flatnonzero(np.diff(stamps) > _MAX_STEP_PERIODS * period) + 1).tolist():

@@ -1,4 +1,4 @@
-"""Clocks: the uniform grid that fits timestamps, however late, coarse or incomplete."""
+"""Uniform clocks that fit timestamps, even if these are late, coarse or incomplete."""
 
 from __future__ import annotations
 
@@ -25,19 +25,18 @@ from zerorate.types import Floats, Integers
 
 _BLOCK: Final = 1 << 16
 _BLOCK_ROWS: Final = 3
-"""Rows of a block of equal stamps from which on they are compared block by block."""
+"""Length of blocks of equal stamps, in rows, from which on blocks are compared."""
 _MAX_ROUNDS: Final = 3
-"""Rounds in which gaps and the wander of a clock are estimated from each other."""
+"""Rounds of the alternating estimate of gaps and wander."""
 MIN_RESTART_S: Final = 1.0
-"""Seconds by which a restarted clock steps back; a network sets one by less."""
+"""Smallest backward step of a restarted clock, s; a network time service makes smaller ones."""
 RESTART_GAP_S: Final = 10.0
-"""Seconds taken as missing where it did, for how long it was off is not known: so long without a
-sample no heading is known."""
+"""Time counted as missing at a restart, s, because its length is unknown."""
 
 
 @dataclass(frozen=True)
 class _SteadyClock:
-    """Rate, Hz, and the deviation of the stamps from it, s, which is that of their rounding."""
+    """Rate, Hz, and the deviation of the stamps from it by rounding, s."""
 
     rate: float
     rms: float
@@ -45,10 +44,10 @@ class _SteadyClock:
 
 
 def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
-    """Return the clock of stamps that no estimate could improve, None for others.
+    """Return the clock of stamps that agree with it to their rounding; None for other stamps.
 
-    The rate is the one that the estimates for other stamps come to: it is the roundest among all
-    within four times their doubt, and the stamps keep to it within a quarter of that.
+    The rate is the roundest within four times its uncertainty. The stamps agree with it to a
+    quarter of that.
     """
     span = float(stamps[-1])
     if not span > 0.0:
@@ -67,12 +66,12 @@ def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
 
 
 def _stamp_resolution(start: float, last: float) -> float:
-    """Return the resolution of stamps, s: the first one bounds the precision of the others."""
+    """Return the resolution of stamps, s; a large first stamp makes it coarse."""
     return float(4 * np.finfo(np.float64).eps * (abs(start) + abs(last)))
 
 
 def roundest(period: float, doubt: float) -> float:
-    """Return the rate of the fewest digits, of itself or its period, within a relative doubt."""
+    """Return the rate with the fewest digits, in Hz or as a period, in a relative tolerance."""
     for digits in range(1, 16):
         for rate in (float(f"{1 / period:.{digits}g}"), 1 / float(f"{period:.{digits}g}")):
             if abs(rate * period - 1) <= doubt:
@@ -86,22 +85,22 @@ def fit_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> G
     Parameters
     ----------
     stamps
-        Seconds since the first one, shape (n,), finite.
+        Times since the first stamp, s, shape (n,), finite.
     start
-        The first stamp, s; it bounds the precision of the others.
+        First stamp, s. A large value limits the precision of the other stamps.
     rate
-        Rate stated by the caller or the file, Hz. It is taken if the stamps agree.
+        Rate stated by the caller or the file, Hz; it is used if the stamps agree.
 
     Raises
     ------
     LogError
-        If the stamps are no clock, contradict the rate, or leave a gap too long to fill.
+        If the stamps form no clock, contradict the rate, or have a gap too long to fill.
     """
     return fit_own_grid(stamps, start, rate).at_rate(rate)
 
 
 def fit_own_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> Grid:
-    """Return the grid of `fit_grid` at its own rate, which may not be the one stated."""
+    """Return the grid of `fit_grid` at the stamps' own rate, not the stated rate."""
     if len(stamps) < 2:
         if rate is None:
             raise LogError(make_sentence("one row gives no rate; give ", keyword_argument("rate")))
@@ -115,7 +114,7 @@ def fit_own_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) 
 
 
 def _fit_irregular(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid:
-    """Return the grid of samples that were stamped as they were made, or as they arrived."""
+    """Return the grid of samples with irregular stamps, made by the sensor or on arrival."""
     period = _estimate_period(stamps, steps)
     late = _fit_arrivals(stamps, steps, start, rate)
     is_plausible = late is not None and (rate is None or late.agrees_with(rate))
@@ -124,7 +123,7 @@ def _fit_irregular(stamps: Floats, steps: Floats, start: float, rate: float | No
     try:
         fit = _fit_samples(stamps, steps, start, period)
     except LogError:
-        # Bursts without their clock may leave gaps that are too long to fill.
+        # If arrival stamps are read as a sensor's stamps, their gaps can be too long to fill.
         if late is None:
             raise
         return late
@@ -134,7 +133,7 @@ def _fit_irregular(stamps: Floats, steps: Floats, start: float, rate: float | No
 
 
 class _Fit(NamedTuple):
-    """Rate, Hz, deviation of the stamps, s, and samples missing in each step, all of one clock."""
+    """Rate, Hz, deviation of the stamps, s, and missing samples per step, of one clock."""
 
     rate: float
     deviation: Floats
@@ -143,7 +142,7 @@ class _Fit(NamedTuple):
     wander: Wander | None = None
 
     def make_grid(self, steps: Floats) -> Grid:
-        """Return the grid of stamps that are these steps apart."""
+        """Return the grid of stamps with these steps."""
         length = int(self.indices[-1]) + 1
         spread = None if length == len(self.indices) else self.indices
         if self.wander is None:
@@ -154,7 +153,7 @@ class _Fit(NamedTuple):
     def _make_wandering_grid(
         self, steps: Floats, length: int, spread: Integers | None, wander: Wander
     ) -> Grid:
-        """Return the grid of stamps that are kept, for no even clock is theirs."""
+        """Return the grid with the stamps kept, because no uniform clock fits them."""
         even = self.indices / self.rate
         kept = wander.stamp_times(even, self.deviation, 1.0 / self.rate)
         kept -= kept[0]
@@ -169,7 +168,7 @@ class _Fit(NamedTuple):
 
 
 def _fit_samples(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit:
-    """Return the clock of stamps that may be late, early, coarse, or missing."""
+    """Return the clock of stamps that can be late, early, coarse or missing."""
     rebased = _remove_setbacks(stamps, steps, period)
     for _ in range(2):
         missing = count_missing(rebased, period)
@@ -180,7 +179,7 @@ def _fit_samples(stamps: Floats, steps: Floats, start: float, period: float) -> 
 
 
 def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
-    """Return a wandering clock with gaps found against itself, any other unchanged."""
+    """Return a wandering clock with gaps measured against itself; other clocks unchanged."""
     block_count = int(np.count_nonzero(np.diff(stamps) > 0.5 / fit.rate))
     block_rows = len(stamps) / max(1, block_count)
     best = _add_wander(fit, stamps, block_rows)
@@ -190,7 +189,7 @@ def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
         straight = stamps - best.wander.slow
         missing = count_missing(straight, 1.0 / best.rate)
         if missing.sum() >= best.missing.sum():
-            break  # what wanders looks like gaps, not the reverse
+            break  # wander looks like gaps, but gaps do not look like wander
         indices = grid_indices(missing, straight)
         better = _Fit(*fit_rate(stamps, indices, start), missing, indices)
         best = _add_wander(better, stamps, block_rows)
@@ -198,15 +197,15 @@ def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
 
 
 def _add_wander(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
-    """Return a fit with the wander of its stamps, and their distance from its rate."""
-    # The rate is rounder than their slope, from which they deviate otherwise.
+    """Return a fit with the wander of its stamps, and their deviation from its rate."""
+    # The rate is rounded; the stamps would otherwise seem to drift from it.
     deviation = stamps - fit.indices / fit.rate
     deviation -= np.median(deviation)
     return fit._replace(deviation=deviation, wander=find_wander(deviation, 1.0 / fit.rate, lump))
 
 
 def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
-    """Return the grid of samples that arrived in bursts, None if they did not."""
+    """Return the grid of samples that arrived in bursts; None for other stamps."""
     back = np.where(steps < -LONG_STEP_PERIODS * float(stamps[-1]) / len(steps), steps, 0.0)
     if back.any():
         period = float(stamps[-1] - back.sum()) / len(steps)
@@ -218,7 +217,7 @@ def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | Non
     indices = grid_indices(arrivals.missing, even)
     own_rate, _ = fit_rate(even[arrivals.last], indices[arrivals.last], start)
     if rate is not None and len(arrivals.last) < LONG_WINDOW_ROWS:
-        own_rate = rate  # which so few bursts cannot improve
+        own_rate = rate  # a few bursts cannot improve the stated rate
     late = even - indices / own_rate
     offset = find_floor(late[arrivals.last])
     wander = find_wander(late[arrivals.last], 1.0 / own_rate, rows=arrivals.last, n=len(stamps))
@@ -232,8 +231,8 @@ def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | Non
 def _make_wandering_arrivals(
     rate: float, indices: Integers, wander: Wander, steps: Floats, arrivals: Bursts
 ) -> Grid:
-    """Return the grid of samples that arrived in bursts from a clock that wanders."""
-    # A burst says when its samples came; the line under them, when they were made.
+    """Return the grid of samples that arrived in bursts from a wandering clock."""
+    # Stamps of a burst are arrival times; the line below the bursts gives the sensor's times.
     fit = _Fit(rate, wander.level, arrivals.missing, indices, wander)
     grid = fit.make_grid(steps)
     report = replace(grid.report, burst_count=len(arrivals.last))
@@ -250,15 +249,15 @@ def _check_forward(steps: Floats) -> None:
 
 
 def _estimate_period(stamps: Floats, steps: Floats) -> float:
-    """Return the period to a few per cent, unmoved by gaps, coarse stamps and bursts."""
+    """Return the period to a few per cent, insensitive to gaps, coarse stamps and bursts."""
     middle = float(np.median(steps))
     near = np.abs(steps - middle) <= 0.5 * middle
     if middle > 0 and near.mean() >= 0.9:
         return float(steps[near].mean())
-    # Lost samples never shorten a step: many short ones are late stamps or bursts.
+    # Lost samples never shorten a step: many short steps mean late stamps or bursts.
     if np.mean(steps < 0.5 * middle) > 0.05 or middle <= 0:
         return _fit_period(stamps, np.arange(len(stamps)))
-    # Coarse stamps even out over many rows, where lost samples do not.
+    # Coarse stamps average out over many rows, lost samples do not.
     lag = max(1, min(512, len(stamps) // 8))
     low, half, high = np.percentile(stamps[lag:] - stamps[:-lag], (25, 50, 75))
     if high - low > 1.5 * middle:
@@ -273,9 +272,9 @@ def _check_period(period: float) -> float:
 
 
 def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
-    """Return the stamps with every lasting jump backward taken out.
+    """Return the stamps without lasting backward jumps.
 
-    Where the clock restarted, `RESTART_GAP_S` seconds are left.
+    At a restart of the clock, a gap of `RESTART_GAP_S` remains.
     """
     jump = find_setbacks(stamps, steps, period)
     if not jump.any():
@@ -284,13 +283,13 @@ def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
 
 
 def _leave_restart_gaps(jump: Floats, period: float) -> Floats:
-    """Return jumps backward that leave a gap where the clock restarted."""
+    """Return backward jumps with a gap left at each restart of the clock."""
     gap = min(RESTART_GAP_S, len(jump) * period)
     return np.where(jump < -MIN_RESTART_S, jump - gap, jump)
 
 
 def find_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
-    """Return the lasting jump backward of the stamps before each row, s, shape (n,)."""
+    """Return the lasting backward jump of the stamps before each row, s, shape (n,)."""
     jump = np.zeros(len(stamps))
     if not (steps < 0.0).any():
         return jump
@@ -308,15 +307,15 @@ def _fit_period(stamps: Floats, indices: Integers) -> float:
     edges = np.flatnonzero(stamps[1:] != stamps[:-1])
     block = int(edges[1] - edges[0]) if len(edges) > 2 * LONG_STEP_PERIODS else 1
     if block >= _BLOCK_ROWS and half >= block and (np.diff(edges) == block).all():
-        half -= half % block  # from one block to the same place of another
+        half -= half % block  # compare equal positions in the blocks
     slopes = (stamps[half:] - stamps[:-half]) / (indices[half:] - indices[:-half])
     return _check_period(float(np.median(slopes)))
 
 
 def fit_rate(stamps: Floats, indices: Integers, start: float = 0.0) -> tuple[float, Floats]:
-    """Return the rate, Hz, of stamps with known indices, and their distances from it, s.
+    """Return the rate, Hz, of stamps with known indices, and their deviations from it, s.
 
-    It is the roundest one that they cannot distinguish from the fitted one.
+    The rate is the roundest that the stamps cannot distinguish from the best fit.
     """
     period = _fit_period(stamps, indices)
     deviation = stamps - period * indices

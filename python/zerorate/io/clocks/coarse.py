@@ -1,4 +1,4 @@
-"""Stamps in whole seconds: the rows in each of them, spread by the seconds inside."""
+"""Stamps in whole seconds: the rows of each second are spread evenly over it."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
 _MIN_ROWS: Final = 3
-"""Rows a second from which on stamps count as coarse."""
+"""Smallest number of rows per second for stamps to count as coarse."""
 _MIN_CHANGES: Final = 2
-"""Changes of the second: one second is whole between them."""
+"""Smallest number of changes of the second: between them lies one whole second."""
 _NEAR: Final = 0.1
-"""Part by which seconds without a fault differ in their rows."""
+"""Largest relative difference in rows between seconds without a fault."""
 
 
 def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str] | None:
-    """Return the times of rows stamped in whole seconds, with a note; None for other stamps.
+    """Return the times of rows with stamps in whole seconds, and a note; None for other stamps.
 
-    ``place`` counts the rows with those that were lost, shape (n,).
+    ``place`` is the index of each row, with lost rows counted, shape (n,).
 
     Raises
     ------
     LogError
-        If no whole second lies inside, by which the rows could be counted.
+        If the log contains no whole second in which rows could be counted.
     """
     if 0 < _changes(seconds) < _MIN_CHANGES:
         lacking = "the stamps are whole seconds, and no whole second lies inside the log; give "
@@ -42,7 +42,7 @@ def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str]
     phase = place[edges] / rate - seconds[edges]
     if np.ptp(phase) <= 1.0 / rate * (1.0 + 1e-9):
         return (place - place[edges[0]]) / rate + seconds[edges[0]], note
-    # A stamp lost, or rows: each second by itself, the first one from its end.
+    # A stamp or rows were lost: spread each second separately, the first one from its end.
     first = np.zeros(len(seconds), np.int64)
     first[edges] = edges
     first = np.maximum.accumulate(first)
@@ -52,12 +52,12 @@ def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str]
 
 
 def in_whole_seconds(seconds: Floats) -> bool:
-    """Return True if several rows stand in each of several whole seconds."""
+    """Return True if the stamps are whole seconds with several rows each."""
     return _changes(seconds) >= _MIN_CHANGES
 
 
 def _changes(seconds: Floats) -> int:
-    """Return the number of changes of the whole second; 0 for other stamps."""
+    """Return the number of changes of the second; 0 if stamps are not whole seconds."""
     steps = np.diff(seconds)
     changes = np.count_nonzero(steps)
     coarse = changes > 0 and len(seconds) > _MIN_ROWS * (changes + 1)
@@ -66,7 +66,7 @@ def _changes(seconds: Floats) -> int:
 
 
 def _rate(seconds: Floats, place: Integers, edges: Integers) -> float:
-    """Return the rows a second: those of whole seconds inside, the roundest that they allow."""
+    """Return the roundest number of rows per second that agrees with the complete seconds."""
     rows, long = np.diff(place[edges]), np.diff(seconds[edges])
     usual = float(np.median(rows / long))
     good = np.abs(rows / long - usual) <= max(1.0, _NEAR * usual)

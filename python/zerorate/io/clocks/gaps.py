@@ -1,9 +1,8 @@
-"""Gaps in a log: missing samples found from timestamps that may be late, early or coarse.
+"""Gaps in a log: missing samples found from stamps that can be late, early or coarse.
 
-A long step alone is no gap: a stamp may come late, or a logger may write an old one, and the
-next stamps make up for it. A gap is a shift of the stamps' level against a uniform clock that
-stays. So each long step is tested by the deviations from the uniform clock in a few rows before
-and after it.
+A long step alone is no gap: a stamp can be late, or a logger can write an old stamp, and the next
+stamps compensate. A gap is a lasting shift of the stamps against a uniform clock. So each long step
+is tested by the deviations from this clock in a few rows before and after it.
 """
 
 from __future__ import annotations
@@ -17,11 +16,11 @@ from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
 LONG_STEP_PERIODS = 1.5  # periods
-WINDOW_ROWS = 15  # rows on each side of a step that decide on it
-LONG_WINDOW_ROWS = 100  # rows on each side that show if a gap lasts
+WINDOW_ROWS = 15  # rows on each side of a step to test it
+LONG_WINDOW_ROWS = 100  # rows on each side of a step that show if a shift lasts
 MAX_ROUNDS = 10
-MAX_MOVED_PART = 0.05  # part of the rows: stamps late more often than this move no rows
-MAX_GROWTH = 10  # missing samples for each one present
+MAX_MOVED_PART = 0.05  # share of rows: if more are late, no rows are moved
+MAX_GROWTH = 10  # missing samples per present sample
 MAX_ROWS = 1_000_000_000
 
 
@@ -50,8 +49,8 @@ def _count_at_long_steps(stamps: Floats, period: float) -> Floats:
 def _find_shifts(deviation: Floats, long: Integers) -> Floats:
     """Return the lasting shift of the deviation at each long step.
 
-    Lowest, middle and highest deviation of both sides are compared, and the smallest change
-    counts: a late stamp moves only the highest, an old one only the lowest. A side ends at the
+    The lowest, middle and highest deviations on both sides are compared, and the smallest change is
+    used: a late stamp changes only the highest, an old stamp only the lowest. A side ends at the
     next long step.
     """
     first = np.concatenate(([0], long[:-1] + 1))
@@ -74,10 +73,10 @@ def _side_levels(deviation: Floats, rows: Integers, first: Integers, last: Integ
 
 
 def _correct_missing(stamps: Floats, missing: Floats, period: float) -> Floats:
-    """Return the missing samples corrected by the later stamps.
+    """Return the number of missing samples, corrected by the later stamps.
 
-    Around a rightly filled gap the stamps keep their level on the grid, other gaps being filled
-    too; after a stall the clock makes up for, they fall back.
+    If a gap is filled correctly, the deviations around it have the same level. After a stall that
+    the clock compensates, the level falls.
     """
     for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
         for _ in range(MAX_ROUNDS):
@@ -95,10 +94,10 @@ def _correct_missing(stamps: Floats, missing: Floats, period: float) -> Floats:
 
 
 def _move_runs(stamps: Floats, missing: Floats, period: float) -> Floats:
-    """Return the missing samples with runs of rows moved to where their stamps say.
+    """Return the number of missing samples after moving runs of rows to fit their stamps.
 
-    A run between two gaps may lie a place off where jitter made one of the gaps look shorter.
-    It is moved if there is room: late and old stamps among regular rows have none.
+    A run between two gaps may be one place off, if jitter made one gap look shorter. It is moved
+    only if there is room; late and old stamps among regular rows have none.
     """
     indices = grid_indices(missing, stamps)
     deviation = stamps - period * indices
@@ -118,14 +117,14 @@ def _move_runs(stamps: Floats, missing: Floats, period: float) -> Floats:
 
 
 def _block_medians(deviation: Floats) -> Floats:
-    """Return the median of the rows around each block of rows, for each row."""
+    """Return, for each row, the median of the rows around its block of rows."""
     starts = np.arange(0, len(deviation), LONG_WINDOW_ROWS // 2)
     blocks = window_medians(deviation, starts - LONG_WINDOW_ROWS, 5 * LONG_WINDOW_ROWS // 2)
     return np.repeat(blocks, LONG_WINDOW_ROWS // 2)[: len(deviation)]
 
 
 def _thin_corrections(wrong: Floats, gaps: Integers, width: int) -> Floats:
-    """Return the corrections without those that a larger one close by explains."""
+    """Return the corrections, without those that a larger correction nearby explains."""
     thinned = np.zeros(len(wrong))
     nonzero = np.flatnonzero(wrong)
     for i in nonzero[np.argsort(-np.abs(wrong[nonzero]), kind="stable")]:
@@ -136,7 +135,7 @@ def _thin_corrections(wrong: Floats, gaps: Integers, width: int) -> Floats:
 
 
 def window_medians(values: Floats, first: Integers, width: int) -> Floats:
-    """Return the median of the rows from each first one on, within the log."""
+    """Return the median of `width` rows from each first row on, within the log."""
     result = np.full(len(first), np.nan)
     for block in range(0, len(first), 10_000):
         rows = first[block : block + 10_000, None] + np.arange(width)
@@ -148,7 +147,7 @@ def window_medians(values: Floats, first: Integers, width: int) -> Floats:
 
 
 def grid_indices(missing: Floats, stamps: Floats) -> Integers:
-    """Return each row's place on the grid, shape (n,); LogError if it grows too long."""
+    """Return the grid index of each row, shape (n,); LogError if the grid gets too long."""
     _check_growth(missing, np.diff(stamps))
     return np.concatenate(([0], np.cumsum(1 + missing))).astype(np.int64)
 

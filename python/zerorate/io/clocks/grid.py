@@ -1,4 +1,4 @@
-"""Uniform grids that the rows of a log stand on."""
+"""Uniform time grids for the rows of a log."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ class Grid:
     Parameters
     ----------
     rate, length
-        Samples per second, Hz, and how many there are.
+        Samples per second, Hz, and number of samples.
     report
         Report on the timestamps.
     gapped_indices
-        Place of each row that is used, None where they leave no gaps.
+        Grid index of each used row; None without gaps.
     used_rows
-        The rows that are used, None for all.
+        Rows that are used; None for all.
     offset
-        Time of the first place since the first stamp, s.
+        Time of the first index after the first stamp, s.
     stamp_times
-        Time of each row that is used since the first place, s, where the clock wanders so that
-        its stamps are kept; else None.
+        Time of each used row after the first index, s, if a wandering clock keeps its stamps; else
+        None.
     """
 
     rate: float
@@ -42,19 +42,19 @@ class Grid:
 
     @property
     def indices(self) -> Integers:
-        """Place of each row that is used, shape (n,)."""
+        """Grid index of each used row, shape (n,)."""
         return self.first_indices(self.length)
 
     def first_indices(self, count: int) -> Integers:
-        """Return the places of so many rows at the beginning, or of all if there are fewer."""
+        """Return the indices of the first `count` used rows, or of all if there are fewer."""
         if self.gapped_indices is None:
             return np.arange(min(count, self.length))
         return self.gapped_indices[:count]
 
     def times(self, part: range) -> Floats | None:
-        """Return the times of some places since the first, between rows where they are gaps.
+        """Return the times of grid indices after the first; in gaps, interpolated between rows.
 
-        None stands for an even clock.
+        Return None for a regular clock.
         """
         if self.stamp_times is None or self.gapped_indices is None:
             return None if self.stamp_times is None else self.stamp_times[part.start : part.stop]
@@ -63,11 +63,11 @@ class Grid:
         )
 
     def agrees_with(self, rate: float) -> bool:
-        """Return True if a rate that somebody has stated is that of the stamps."""
+        """Return True if a stated rate agrees with the stamps."""
         return abs(self.report.rate / rate - 1) <= RATE_TOLERANCE
 
     def at_rate(self, rate: float | None) -> Grid:
-        """Return the grid at the rate stated, if there is one; LogError if the stamps differ."""
+        """Return the grid at the stated rate, if any; LogError if the stamps disagree."""
         if rate is None:
             return self
         if not self.agrees_with(rate):

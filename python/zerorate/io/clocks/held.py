@@ -1,8 +1,8 @@
-"""Rows that repeat the one before, in a live stream: the evidence of a log, and the samples left.
+"""Repeated rows in a live stream, recognised with the tests for a log.
 
-A log leaves such rows out where its sensor is slower for certain (`zerorate.io.clocks.repeats`) or
-rows are sent again, and its stamps do not confirm the rate stated for the rows themselves. A stream
-makes the same tests once as many rows have come as they take.
+A log omits repeated rows for one of two reasons: its sensor is slower
+(`zerorate.io.clocks.repeats`), or rows were sent twice. It keeps them if the stamps confirm the
+stated rate for all rows. A stream makes the same tests when it has enough rows.
 """
 
 from __future__ import annotations
@@ -29,39 +29,38 @@ from zerorate.record.clock import count_noun
 from zerorate.record.log import LogError
 
 _FIRST_CHECK_ROWS: Final = 64
-"""Rows after which a stream whose rows do not repeat, or come at the rate stated, is known."""
+"""Number of rows after which most streams are known to have no repeated rows."""
 _MIN_STEP_PERIODS: Final = 0.97
-"""Periods of the rate stated from one row to the next from which on rows are not too many."""
+"""Smallest step between rows, in stated periods, at which rows are not too many."""
 _PHASE_GAIN: Final = 1.0 / 64.0
-"""Part by which the phase of the sensor follows each of its changes."""
+"""Gain with which the phase of the sensor follows each change."""
 _SHIFT_MARGIN_SAMPLES: Final = 0.15
-"""Samples beyond half a row by which a change is off where the log has lost rows."""
+"""Margin beyond half a row, in samples, from which on a late change shows lost rows."""
 _MAX_SHIFT_SAMPLES: Final = 0.49
 
 
 class HeldRows:
-    """Finds the rows of a stream that repeat the one before and are no samples; leaves them out.
+    """Finder of a stream's repeated rows, which are no samples and are left out.
 
-    They hold a sample of a slower sensor, or are sent again.
-
-    All rows are kept until there is evidence: most streams disprove it with the first 64 rows. A
-    sensor's sample that happens to equal the one before is given with the next change, or late.
+    A repeated row comes from a slower sensor, or was sent twice. All rows are kept until there is
+    evidence; in most streams the first 64 rows show that none are repeated. If a slower sensor's
+    sample equals the sample before, it is returned late, or with the next change.
 
     Parameters
     ----------
     rate : float
-        Rate stated, Hz.
+        Stated rate, Hz.
 
     Attributes
     ----------
     period : float or None
-        Rows that hold a sample; None until they are known to.
+        Number of rows per sample of a slower sensor; None if not known.
     again : bool
-        True once rows are known to be sent again.
+        True if rows are known to be sent twice.
     possible : bool
-        True if rows may be no samples.
+        True if repeated rows are still possible.
     left_out_count : int
-        Rows left out.
+        Number of rows left out.
 
     Examples
     --------
@@ -81,19 +80,19 @@ class HeldRows:
         self._rows_rate = 0.0
         self._last: list[float] = []
         self._changes, self._due = 0, MIN_CHANGES
-        # Until it is known: all rows. Then: those since the last sample, one place each.
+        # Undecided: all rows. Later: the rows since the last sample.
         self._kept: list[list[Any]] = []
         self._values: list[list[float]] = []
-        # Rows and samples since the first, and by how many samples changes are late on average.
+        # Rows and samples since the first, and the mean delay of changes in samples.
         self._place, self._tick, self._phase = 0, 0, 0.0
 
     @property
     def known(self) -> bool:
-        """True once it is known which rows are no samples."""
+        """True if it is known which rows are no samples."""
         return self.again or self.period is not None
 
     def look(self, row: Any, stamp: float | None, values: list[float]) -> list[Any] | None:  # noqa: ANN401
-        """Keep a row; once there is evidence return the rows (row, stamp) that are samples."""
+        """Keep a row; return the rows (row, stamp) that are samples once there is evidence."""
         self._changes += not self._is_repeat(values)
         self._kept.append([row, stamp])
         self._values.append(values)
@@ -113,7 +112,7 @@ class HeldRows:
         return samples
 
     def take(self, row: Any, stamp: float | None, values: list[float]) -> list[Any]:  # noqa: ANN401
-        """Return the rows (row, stamp) that are samples, those kept among them, once known."""
+        """Return the rows (row, stamp) that are samples, with kept rows; call it once `known`."""
         is_repeat = self._is_repeat(values)
         if self.again:
             self.left_out_count += is_repeat
@@ -126,7 +125,7 @@ class HeldRows:
         return self._take_samples(is_repeat)
 
     def sentences(self) -> Iterator[str]:
-        """Yield the number of rows that were left out."""
+        """Yield a sentence with the number of rows left out."""
         if self.again:
             yield (
                 f"clock: {count_noun(self.left_out_count, 'row')} left out that repeat the one "
@@ -140,7 +139,7 @@ class HeldRows:
             )
 
     def state(self) -> dict[str, Any]:
-        """Return the state, as JSON stores it."""
+        """Return the state for JSON."""
         return dict(vars(self))
 
     @classmethod
@@ -160,7 +159,7 @@ class HeldRows:
         return bool(last) and same and any(a == a for a in values)
 
     def _is_too_fast(self) -> bool:
-        """Return True if rows arrive faster than the stated rate, one by one or on the whole."""
+        """Return True if rows arrive faster than the stated rate, in single steps or on average."""
         stamps = [stamp for _, stamp in self._kept]
         if any(stamp is None for stamp in stamps):
             return False
@@ -169,9 +168,9 @@ class HeldRows:
         return step * self.rate < _MIN_STEP_PERIODS
 
     def _select_samples(self, is_due: bool) -> list[Any] | None:
-        """Return the rows that are samples by the evidence of a log, None if there is none.
+        """Return the rows that are samples, from the tests for a log; None without evidence.
 
-        Before that is due only rows count that have the stamp of the one before.
+        If `is_due` is False, only repeated rows with repeated stamps count.
         """
         if not self._is_too_fast():
             return None
@@ -199,7 +198,7 @@ class HeldRows:
         return [self._kept[i] for i in used_rows]
 
     def _begin(self, used: Sequence[int], rows_rate: float, period: float) -> None:
-        """Go on after the last row that is a sample, which is the last that came."""
+        """Continue after the last sample, which is the last row to date."""
         self._rows_rate, self.period = rows_rate, period
         self.left_out_count = len(self._values) - len(used)
         last = np.array(used[-int(1 / _PHASE_GAIN) :]) - used[-1]
@@ -208,7 +207,7 @@ class HeldRows:
         self._place = self._tick = 0
 
     def _take_samples(self, is_repeat: bool) -> list[Any]:
-        """Return the rows of the samples up to the last row, a change unless it is so again."""
+        """Return the sample rows up to the last row; `is_repeat`: the last row is no change."""
         assert self.period is not None
         late, begin = self._place / self.period - self._phase, self._place - len(self._kept)
         tick = math.floor(late) if is_repeat else max(self._tick + 1, math.ceil(late - 0.5))
@@ -225,7 +224,7 @@ class HeldRows:
         return rows
 
     def _follow(self, late: float) -> None:
-        """Follow the phase of the sensor; rows that were lost shift it at once."""
+        """Follow the phase of the sensor; a shift by lost rows is corrected at once."""
         assert self.period is not None
         max_shift = min(_MAX_SHIFT_SAMPLES, 0.5 / self.period + _SHIFT_MARGIN_SAMPLES)
         self._phase += late if abs(late) > max_shift else _PHASE_GAIN * late

@@ -1,4 +1,4 @@
-"""Dates and times as text: the timestamps of ISO 8601, and those that are written otherwise."""
+"""Dates and times as text: ISO 8601 and other notations."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from zerorate.record.log import LogError
 
 Dates = npt.NDArray[np.datetime64]
 
-# Nanoseconds since 1970 reach from 1678 to 2262.
+# Nanoseconds since 1970 in 64 bits range from 1678 to 2262.
 _LOCAL: Final = (
     r"(?:1[7-9]|2[01])[0-9]{2}-[0-9]{2}-[0-9]{2}[T ][0-9]{2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]{1,9})?"
 )
 _ZONE: Final = r"(?:Z|[+-](?:[01][0-9]|2[0-3])(?::?[0-5][0-9])?)"
 _PATTERNS: Final = {zoned: _LOCAL + (_ZONE if zoned else "") for zoned in (False, True)}
 _CELL: Final = {zoned: re.compile(form) for zoned, form in _PATTERNS.items()}
-# Possessive, or a long column would take as much memory again to go back in.
+# Possessive: backtracking would double the memory for a long column.
 _COLUMN: Final = {zoned: re.compile(rf"(?:{form}\n)*+") for zoned, form in _PATTERNS.items()}
 _SECONDS_CHARS: Final = 19
-"""Characters up to the whole seconds."""
+"""Number of characters up to the whole seconds."""
 _MAX_TAIL_CHARS: Final = len(".123456789+12:34")
 _OFFSET: Final = re.compile(r"([+-])([0-9]{2}):?([0-9]{2})?$")
 _EXAMPLE: Final = "2024-05-01T12:00:00.010Z"
@@ -41,10 +41,10 @@ def _is_iso(cell: str) -> bool:
 
 
 def parse_dates(cells: Sequence[str]) -> npt.NDArray[Any] | None:
-    """Return texts as times, those of a zone in UTC, to the nanosecond; None if one is none.
+    """Return texts as times to the nanosecond, in UTC if they have a zone; None if one is no time.
 
-    All must be written in the same way, with a zone in all of them or in none. In ISO 8601 a blank
-    may stand in place of the T. Times without a date are durations since midnight.
+    All texts need the same notation, with a zone in all or in none. ISO 8601 may have a blank
+    instead of the T. Times without a date are durations since midnight.
     """
     times = _parse_iso_dates(cells)
     return (
@@ -58,7 +58,7 @@ def _parse_iso_dates(cells: Sequence[str]) -> Dates | None:
         return None
     try:
         seconds = np.array([cell[:_SECONDS_CHARS] for cell in cells], "datetime64[s]")
-    except ValueError:  # the calendar has no such day
+    except ValueError:  # the calendar does not have this day
         return None
     rest = [cell[_SECONDS_CHARS:] for cell in cells]
     times: Dates = seconds.astype("datetime64[ns]")
@@ -82,7 +82,7 @@ def _parse_fractions(rest: Sequence[str]) -> npt.NDArray[np.timedelta64]:
 
 
 def _parse_offsets(rest: Sequence[str]) -> npt.NDArray[np.timedelta64]:
-    """Return the offsets from UTC of the zones at the end of texts."""
+    """Return the offsets from UTC in the zones at the end of texts."""
     minutes = [0 if text.endswith("Z") else _offset_minutes(text) for text in rest]
     return np.array(minutes, "timedelta64[m]")
 
@@ -102,7 +102,7 @@ class Fault(NamedTuple):
 
 
 def find_fault(cells: Sequence[str]) -> Fault:
-    """Return the first fault that keeps `parse_dates` from reading some texts."""
+    """Return the first text that `parse_dates` cannot read, and the reason."""
     zoned = _CELL[True].fullmatch(cells[0]) is not None
     if is_written_time(cells[0]) and not _is_iso(cells[0]):
         return _find_unlike_first(cells)
@@ -129,7 +129,7 @@ def _find_unlike_first(cells: Sequence[str]) -> Fault:
 
 
 def parse_date_column(column: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
-    """Return a column of texts as times; LogError that names column and row of a fault."""
+    """Return a column of texts as times; a LogError names column and row of a bad text."""
     cells = [_text(value) for value in column.tolist()]
     times = parse_dates(cells)
     if times is None:

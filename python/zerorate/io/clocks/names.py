@@ -17,7 +17,7 @@ UNITS: Final = {
     "days": ("days",),
     "100us": ("100us",),
 }
-"""Units of time, each with the words for it."""
+"""Units of time with their spellings."""
 
 UNIT_SPELLINGS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
 """Spellings of units of time."""
@@ -26,15 +26,15 @@ _UNIT_OF_WORD: Final = {spelling: unit for unit, all_ in UNITS.items() for spell
 _UNIT_NAMES: Final = (
     "seconds", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds"
 )  # fmt: skip
-"""Names that are a unit and nothing else."""
+"""Names that consist of a unit only."""
 _SHORT: Final = ("sec", "secs", "ms", "msec", "us", "µs", "usec", "ns", "nsec")
-"""Names of a clock if the values agree."""
+"""Names of a clock if the values increase."""
 _ORIGIN: Final = (
     r"(?:_(?:in|since|from|start|startup|begin|boot|reboot|epoch|unix|1970|since1970|utc|gps|local|tow"
     r"|abs|absolute|elapsed|fine|cal|sample|device|system|sys|host|header|txt|iso|of|day|week"
     r"|\d\d_\d\d))*"
 )
-"""Suffixes: whose time it is, and since when it counts; ``time (+02:00)``."""
+"""Suffixes for the source and origin of a time; ``time (+02:00)``."""
 _SUFFIX: Final = rf"{_ORIGIN}(?:_(?:{'|'.join(_UNIT_OF_WORD)}))?"
 _TIME_NAME: Final = re.compile(
     rf"^(?:t|(?:.*_)?(?:times?|time_?stamps?|stamps?|realtime|uptime|systime)){_SUFFIX}$"
@@ -45,7 +45,7 @@ _MAYBE_TIME_NAME: Final = re.compile(
 )
 _BRACKETED_UNIT: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT_OF_WORD)})\s*[\])]\s*(?:\.\d+)?$")
 _REPEAT_SUFFIX: Final = re.compile(r"\.\d+$")
-"""Suffix that pandas adds to a name that stands twice."""
+"""Suffix that pandas adds to repeated names."""
 _ORIGIN_END: Final = re.compile(_ORIGIN + "$")
 
 
@@ -55,20 +55,20 @@ def looks_like_time(name: str) -> bool:
 
 
 def may_be_time(name: str) -> bool:
-    """Return True if a column of this name, if its values rise, may hold timestamps.
+    """Return True if a column of this name may be a clock, provided that its values increase.
 
-    What stands in a unit of time in brackets may, whatever its name: ``X[s]``.
+    Any name with a unit of time in brackets may: ``X[s]``.
     """
     return bool(_MAYBE_TIME_NAME.match(to_snake_case(name)) or _BRACKETED_UNIT.search(name.lower()))
 
 
 def has_time_name(name: str) -> bool:
-    """Return True if a column of this name holds timestamps, for certain or perhaps."""
+    """Return True if a column of this name certainly or possibly contains timestamps."""
     return looks_like_time(name) or may_be_time(name)
 
 
 def find_time_unit(name: str) -> str | None:
-    """Return the unit of timestamps in a column's name, None if it has none."""
+    """Return the unit of timestamps in a column's name; None without one."""
     whole = to_snake_case(_REPEAT_SUFFIX.sub("", name))
     for candidate in (whole, _ORIGIN_END.sub("", whole)):
         words = candidate.split("_")

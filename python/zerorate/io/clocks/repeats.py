@@ -1,8 +1,8 @@
-"""Rows that repeat the one before, as a sensor slower than its log leaves them, and its own clock.
+"""Repeated rows in the log of a slower sensor, and the sensor's own clock.
 
-Such a log holds each sample until the next: the rows at which something changes are as regular as
-the sensor, and what changes jumps by any amount. A coarse or quiet sensor repeats values as well,
-but at random moments, and changes by its least step.
+Such a log repeats each sample until the next one. The rows with changes are as regular as the
+sensor, and changes have any size. A coarse or quiet sensor repeats values too, but at random times,
+and its changes are its smallest step.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
 HEAD_ROWS: Final = 1 << 15
-"""Rows at the beginning of a log for the test for a slower sensor."""
+"""Number of rows at the beginning of a log that are tested for a slower sensor."""
 MIN_ROWS_PER_SAMPLE: Final = 1 + 2 / WINDOW_ROWS
-"""Rows a sample: repeats so often that they show a gap of the sensor."""
+"""Smallest number of rows per sample: repeats are then frequent enough to show gaps."""
 _SPAN_CHANGES: Final = 256
-"""Changes over which sensor and log keep their phase."""
+"""Number of changes over which sensor and log keep their phase."""
 MIN_CHANGES: Final = 4 * _SPAN_CHANGES
-"""Fewest changes for a decision on a sensor."""
+"""Smallest number of changes to recognise a slower sensor."""
 _MIN_POWER_SIGMAS: Final = 10.0
-"""Standard deviations by which chance does not come near the power of a clock."""
+"""Smallest power of a clock, in standard deviations; chance does not reach it."""
 _RUN_TOLERANCE_ROWS: Final = 1.25
-"""Rows by which a run may differ from that, one for it is whole and some for what is read late."""
+"""Largest difference of a run's length from the mean, in rows, by rounding and late reading."""
 _MIN_EVEN_PART: Final = 0.9
-"""Part of the runs that are so."""
+"""Smallest share of runs within this tolerance."""
 _MIN_POWER_PART: Final = 0.25
-"""Part of the power of a clock without fault that is left where its ticks are seen late."""
+"""Smallest share of an ideal clock's power, because its ticks are seen late."""
 _MIN_REPEAT_RATIO: Final = 10.0
-"""Rows that repeat for each one that chance would let repeat."""
+"""Smallest ratio of repeated rows to the number expected by chance."""
 
 
 _MANY: Final = 0.125
-"""Share of repeating rows from which on they are reported."""
+"""Share of repeated rows from which on they are reported."""
 _FEW_ROWS: Final = 16
 _EQUAL: Final = 0.02
-"""Part of the numbers that a fine sensor has twice in a row, at most."""
+"""Largest share of values that a fine sensor repeats by chance."""
 _SHORT_RUN: Final = 3
-"""Rows that repeat one after the other where they were sent again."""
+"""Largest number of consecutive repeats of rows that were sent twice."""
 
 
 def find_repeats(values: Floats, before: Floats | None = None) -> Booleans:
@@ -63,9 +63,9 @@ def _are_equal(rows: Floats, previous: Floats) -> Booleans:
 
 
 def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
-    """Return the number of rows per sample, None unless the sensor is certainly slower.
+    """Return the number of rows per sample; None if the sensor is not certainly slower.
 
-    ``indices`` is where the rows (n, k) stand on their own grid, shape (n,).
+    ``indices`` are the positions of the rows (n, k) on their grid, shape (n,).
     """
     repeats = find_repeats(values)
     first = indices[~repeats]
@@ -80,24 +80,24 @@ def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
 
 
 def _is_even(first: Integers, rows_per_sample: float) -> bool:
-    """Return True if runs are as long as samples are held; a pattern has other lengths."""
+    """Return True if runs have the expected length of held samples; patterns differ."""
     off = np.abs(np.diff(first) - rows_per_sample)
     return bool((off <= max(_RUN_TOLERANCE_ROWS, rows_per_sample / 4)).mean() >= _MIN_EVEN_PART)
 
 
 def _find_period(first: Integers) -> float | None:
-    """Return the rows from one change to the next, None if their moments are random.
+    """Return the number of rows between changes; None if changes occur at random.
 
-    The power of the moments at any frequency is 1 on average if they are, and many times that at
-    the frequency of a clock, whose ticks may also be late or leave out some.
+    For random changes, the power at any frequency is 1 on average. A clock has many times that
+    power at its frequency, even if ticks are late or missing.
     """
     spans = first[: len(first) // _SPAN_CHANGES * _SPAN_CHANGES].reshape(-1, _SPAN_CHANGES)
     span = float(np.median(spans[:, -1] - spans[:, 0]))
     guess = (_SPAN_CHANGES - 1) / span
-    # Ticks that are left out make the clock look slower.
+    # Missing ticks make the clock look slower.
     low, high = 0.9 * guess, min(1.3 * guess, 1 / MIN_ROWS_PER_SAMPLE)
-    # Whole rows have the same power at f and 1 - f: more runs of one row than of three decide for
-    # f.
+    # Whole rows have the same power at f and 1 - f. If runs of one row outnumber runs of three, the
+    # frequency is f.
     runs = np.diff(first)
     if np.count_nonzero(runs == 1) > np.count_nonzero(runs == 3):
         low = max(low, 0.5 - 1 / span)
@@ -110,16 +110,16 @@ def _find_period(first: Integers) -> float | None:
     power = [float(np.mean(np.abs(np.exp(f * phasors).sum(axis=1)) ** 2)) for f in frequencies]
     best = int(np.argmax(power))
     frequency = float(frequencies[best])
-    # Each change is seen in the row after it: up to a whole row late.
+    # A change is seen in the row after it, up to one row late.
     whole = (_SPAN_CHANGES * np.sinc(frequency)) ** 2
     chance = _SPAN_CHANGES * (1 + _MIN_POWER_SIGMAS / math.sqrt(len(spans)))
     return 1 / frequency if power[best] >= max(chance, _MIN_POWER_PART * whole) else None
 
 
 def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
-    """Return True if far more rows stay the same than change by the least step of each column.
+    """Return True if far more rows repeat than change by the smallest step of each column.
 
-    By chance no change is about as probable as one step up or one down in any of the columns.
+    By chance, no change is about as probable as one step up or down in any column.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         steps = np.abs(np.diff(values, axis=0))
@@ -131,7 +131,7 @@ def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
 
 
 def stamped_again(again: Booleans, seconds: Floats) -> bool:
-    """Return True if the rows that repeat the one before are those that have its stamp."""
+    """Return True if exactly the rows that repeat values also repeat the stamp."""
     if len(again) < _FEW_ROWS or again.mean() < _MANY:
         return False
     same = np.append(False, np.diff(seconds) == 0.0)
@@ -139,10 +139,10 @@ def stamped_again(again: Booleans, seconds: Floats) -> bool:
 
 
 def sent_again(values: Floats, again: Booleans, seconds: Floats) -> bool:
-    """Return True if rows that repeat the one before, at no clock's moments, are no samples.
+    """Return True if rows that repeat at irregular times are no samples.
 
-    They have the stamp of the one before, and no others have; or they are far more than chance
-    would have, and none of them stays for long, as a stuck sensor does.
+    Either exactly these rows repeat the stamp too. Or they are far more than by chance, with only
+    short runs; a stuck sensor has long runs.
     """
     if stamped_again(again, seconds):
         return True
@@ -150,16 +150,16 @@ def sent_again(values: Floats, again: Booleans, seconds: Floats) -> bool:
         return False
     edges = np.flatnonzero(np.diff(np.concatenate(([0], again.view(np.int8), [0]))))
     longest = float(np.percentile(edges[1::2] - edges[::2], 100.0 * _MIN_EVEN_PART))
-    # A fine sensor hardly ever has one of its numbers again.
+    # A fine sensor hardly ever repeats a value.
     equal = (np.diff(values, axis=0) == 0.0)[~again[1:]]
     fine = equal.size > 0 and bool(equal.mean() <= _EQUAL)
     return fine and longest <= _SHORT_RUN and _is_abrupt(values, again)
 
 
 def make_sensor_grid(grid: Grid, repeats: Booleans, rows_per_sample: float) -> Grid:
-    """Return the grid of a sensor whose samples are held for about so many rows of a log's grid.
+    """Return the grid of a sensor that holds each sample for about `rows_per_sample` rows.
 
-    A sample that happens to equal the one before is taken from the row in which it stands.
+    If a sample equals the sample before, it is taken from the row at its expected position.
     """
     indices = grid.indices
     first = np.flatnonzero(~repeats)
@@ -185,13 +185,13 @@ def make_sensor_grid(grid: Grid, repeats: Booleans, rows_per_sample: float) -> G
 
 
 def _number_ticks(first: Integers, frequency: float) -> Integers:
-    """Return the number of the tick, from 0, that each change belongs to, all different."""
+    """Return the index of each change's tick, from 0, all different."""
     starts = np.arange(0, max(len(first) - _SPAN_CHANGES // 2, 1), _SPAN_CHANGES)
     phases = np.add.reduceat(np.exp(2j * np.pi * frequency * (first - first[0])), starts)
     centres = np.add.reduceat(first, starts) / np.diff(np.append(starts, len(first)))
     ahead = np.interp(first, centres, np.unwrap(np.angle(phases)) / (2 * np.pi))
     ticks = np.rint(frequency * (first - first[0]) - ahead).astype(np.int64)
-    # Of two changes near one tick, one was seen late or the other early.
+    # If two changes are close to one tick, one is early or late by a tick.
     count = np.arange(len(ticks))
     after = np.maximum.accumulate(ticks - count)
     before = np.minimum.accumulate((ticks - count)[::-1])[::-1]
@@ -202,16 +202,16 @@ def _number_ticks(first: Integers, frequency: float) -> Integers:
 def _add_equal_samples(
     first: Integers, ticks: Integers, indices: Integers, rows_per_sample: float
 ) -> tuple[Integers, Integers]:
-    """Return rows and their places on the sensor's grid, with rows where it did not change.
+    """Return rows and their indices on the sensor's grid, with rows for unchanged samples.
 
-    ``first`` and ``ticks`` are those of the changes, ``indices`` that of all rows on their own.
+    ``first`` and ``ticks`` belong to the changes, ``indices`` to all rows of the log.
     """
     missing = np.diff(ticks) - 1
     change = np.repeat(np.arange(len(missing)), missing)
     which = 1 + np.arange(len(change)) - np.repeat(np.cumsum(missing) - missing, missing)
     wanted_indices = np.rint(indices[first[change]] + which * rows_per_sample).astype(np.int64)
     rows = np.searchsorted(indices, wanted_indices)
-    # A row that the log lost, or that belongs to the next change, is not used.
+    # Rows that the log lost, or that belong to the next change, are not used.
     is_present = (rows < first[change + 1]) & (
         indices[np.minimum(rows, len(indices) - 1)] == wanted_indices
     )

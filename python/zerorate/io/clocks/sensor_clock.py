@@ -1,4 +1,4 @@
-"""The clock of a sensor: that of the rows of its table, or one of its own if it is slower."""
+"""Clock of a sensor: the clock of its table's rows, or its own if it is slower."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from zerorate.types import Booleans, Floats, Integers
 
 @dataclass(frozen=True)
 class Clock:
-    """The grid of some rows, the time of its first index, s, and the properties of both.
+    """Grid of some rows, with the start time and the assumptions.
 
     Parameters
     ----------
     grid, start
-        Grid of the rows, and the time of its first place, s.
+        Grid of the rows, and time of its first index, s.
     stamps
-        The timestamps, None without them.
+        Timestamps; None without timestamps.
     rate
-        The rate stated, Hz, None without it.
+        Stated rate, Hz; None without one.
     notes
-        What was assumed.
+        Sentences on assumptions.
     """
 
     grid: Grid
@@ -45,22 +45,22 @@ class Clock:
     notes: tuple[str, ...] = ()
 
     def for_sensor(self, head: Floats, load_repeats: Callable[[], Booleans] | None = None) -> Clock:
-        """Return the clock of the sensor whose values stand in the rows, at the rate stated.
+        """Return the clock of the sensor with values in these rows, at the stated rate.
 
-        Where the rows repeat because the sensor is slower, it is the sensor's own, unless a rate
-        is stated that the timestamps confirm for the rows themselves.
+        If rows repeat because the sensor is slower, the sensor gets its own clock. It does not if
+        the timestamps confirm the stated rate for all rows.
 
         Parameters
         ----------
         head
-            The values, shape (n, k), or the first `HEAD` rows of them.
+            Values, shape (n, k), or their first `HEAD_ROWS` rows.
         load_repeats
-            Gives which rows repeat the one before, where these are not all values.
+            Function that returns the mask of repeated rows, if `head` is not all values.
 
         Raises
         ------
         LogError
-            If the timestamps contradict the rate stated.
+            If the timestamps contradict the stated rate.
         """
         rows_per_sample = find_rows_per_sample(head[:HEAD_ROWS], self.grid.first_indices(HEAD_ROWS))
         if rows_per_sample is None:
@@ -87,7 +87,7 @@ class Clock:
         )
 
     def _without_sent_again(self, head: Floats, again: Callable[[], Booleans] | None) -> Clock:
-        """Return the clock without the rows that repeat the one before and are no samples."""
+        """Return the clock without repeated rows that are no samples."""
         kept = self.rate is not None and self.grid.agrees_with(self.rate)
         if self.stamps is None or kept or self.grid.report.burst_count:
             return self._apply_rate()
@@ -104,14 +104,14 @@ class Clock:
         return replace(self, grid=grid, start=clock.start)._apply_rate(said)
 
     def for_rows(self, rows: Integers) -> Clock:
-        """Return the clock of some of the rows; LogError if they have none."""
+        """Return the clock of some rows; LogError if they form no clock."""
         if self.stamps is None:
             seconds, start = rows / check_rate(self.rate), 0.0
         else:
             seconds, start = self.stamps.seconds[rows], self.stamps.start
         start += float(seconds[0])
         grid = fit_own_grid(seconds - seconds[0], start)
-        # A rate that is that of all rows says nothing of some of them.
+        # A stated rate that fits all rows does not apply to some of them.
         rate = None if self.rate is None or self.grid.agrees_with(self.rate) else self.rate
         return Clock(grid, start + grid.offset, None, rate, self.notes)
 
@@ -124,7 +124,7 @@ class Clock:
 
 
 def make_clock(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
-    """Return the clock of the timestamps, or that of the stated rate."""
+    """Return the clock from the timestamps, or from the stated rate."""
     if stamps is None:
         return Clock(make_unstamped_grid(rows, check_rate(rate)), 0.0, None, rate)
     notes = (stamps.note,) if stamps.note else ()

@@ -1,4 +1,4 @@
-"""Stamps in the cells of lines that come one by one: seconds since the first, as a log's are."""
+"""Stamps in a stream of lines, converted to seconds since the first stamp as for a log."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from zerorate.record.log import LogError
 
 _DECIMAL_UNITS: Final = ("s", "ms", "us", "ns")
 _MIDNIGHT_PART: Final = 0.01
-"""Part of a day within which a step back of a day is midnight."""
+"""Tolerance around a backward step of one day that counts as midnight, days."""
 
 
 class StampCells:
-    """Reads stamps: numbers of any unit, whole ones exactly, dates and times of day.
+    """Reader of stamps: numbers in any unit, dates and times of day.
 
-    The unit is the one stated, else the one of the column's name; else the one in which the first
-    step that is none of zero is nearest to a period of the rate. Counters that wrap at 2^16, 2^24,
-    2^31 or 2^32, and times of day that pass midnight, go on.
+    The unit is the stated unit, or else the unit in the column's name. Without either, it is the
+    unit in which the first non-zero step is closest to the period of the rate. Integers are exact.
+    Times continue when a counter wraps at 2^16, 2^24, 2^31 or 2^32, and at midnight.
 
     Parameters
     ----------
     rate : float
-        Rate stated, Hz.
+        Stated rate, Hz.
     unit : str, optional
-        Unit stated, of `zerorate.io.clocks.units.TIME_UNITS`.
+        Stated unit, one of `zerorate.io.clocks.units.TIME_UNITS`.
     name : str, optional
         Name of the column.
 
@@ -47,7 +47,7 @@ class StampCells:
         self._rate = rate
         self._first: float | None = None
         self._last: float = 0
-        # Counts to subtract from a stamp, and their number a second.
+        # Counts to subtract from a stamp, and counts per second.
         self._zero: float = 0
         self._per_second: float | None = None
         self.wrap_count = 0
@@ -59,12 +59,12 @@ class StampCells:
         return 0.0 if self._first is None else float(self._first) / (self._per_second or 1.0)
 
     def seconds(self, cell: str) -> float | None:
-        """Return seconds since the first stamp, None where a stamp is missing.
+        """Return the time since the first stamp, s; None if the stamp is missing.
 
         Raises
         ------
         LogError
-            If the cell holds no time.
+            If the cell contains no time.
         """
         count = int(cell) if cell.isdecimal() else self._parse_count(cell)
         if count is None:
@@ -75,7 +75,7 @@ class StampCells:
         return (count - self._zero) / (self._per_second or 1.0)
 
     def _update_reference(self, count: float) -> None:
-        """Begin, find the unit, or go on where a counter wrapped."""
+        """Set the first stamp, find the unit, or continue after a wrap."""
         if self._first is None:
             self._first = self._last = self._zero = count
             if self._per_second is None and DATE_RANGE_S[0] <= count < DATE_RANGE_S[1]:
@@ -90,12 +90,12 @@ class StampCells:
             self._per_second = self._rate if unit == SAMPLES else PER_SECOND[unit]
 
     def state(self) -> dict[str, Any]:
-        """Return the state, as JSON stores it."""
+        """Return the state for JSON."""
         return dict(vars(self))
 
     @classmethod
     def of_state(cls, rate: float, state: Mapping[str, Any]) -> Self:
-        """Return the stamps of a state; ValueError if it is of none."""
+        """Return the reader with a saved state; ValueError if the state is not valid."""
         cells = cls(rate)
         if vars(cells).keys() != state.keys() or state["_rate"] != rate:
             raise ValueError("the state is that of other stamps")
@@ -103,7 +103,7 @@ class StampCells:
         return cells
 
     def _parse_count(self, cell: str) -> float | None:
-        """Return the number in a cell, exact where it is whole; None where it is missing."""
+        """Return the number in a cell, exact for integers; None if it is missing."""
         try:
             return int(cell) if cell[1:].isdecimal() else _finite_or_none(float(cell or "nan"))
         except ValueError:
@@ -117,7 +117,7 @@ class StampCells:
         return int(times.astype(f"{times.dtype.str[:2]}8[ns]").view(np.int64)[0])
 
     def _unwrap(self, count: float) -> None:
-        """Go on where a counter wrapped, or a day ended."""
+        """Continue after the wrap of a counter or the end of a day."""
         per_second = self._per_second or 1.0
         day = DAY_S * per_second
         wraps = [w for w in WRAP_COUNTS if is_wrap(w, self._last, count, per_second / self._rate)]
@@ -129,7 +129,7 @@ class StampCells:
             self.wrap_count += 1
 
     def _guess_unit(self, step: float) -> str:
-        """Return the unit in which a step is nearest to a period of the rate."""
+        """Return the unit in which a step is closest to the period of the rate."""
         periods = {unit: step * self._rate / PER_SECOND[unit] for unit in _DECIMAL_UNITS}
         return min(periods, key=lambda unit: abs(math.log(periods[unit])))
 

@@ -1,4 +1,4 @@
-"""Timestamps in seconds since the first one, from numbers, dates and times of day of any unit."""
+"""Conversion of timestamps (numbers, dates, times of day) to seconds since the first stamp."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from zerorate.record.missing import without_masks
 from zerorate.types import Booleans, Floats
 
 UnitHint = Callable[[Sequence[str]], tuple[str, str] | None]
-"""Returns the unit, among some, by another clock, and the name of that clock."""
+"""Function of possible units that returns the right one and the clock that shows it, or None."""
 
 _BLOCK_ROWS: Final = 1 << 16
 _DATE_COUNTS_PER_SECOND: Final = {
@@ -47,21 +47,21 @@ _DATE_COUNTS_PER_SECOND: Final = {
 }
 _MAX_SPAN_S = 1e10
 WRAP_COUNTS: Final = (1 << 32, 1 << 31, 1 << 24, 1 << 16)
-"""Counts after which counters wrap: microseconds of 32 bits after 71.6 minutes."""
+"""Counts at which counters wrap; 32 bits of microseconds wrap after 71.6 minutes."""
 _MAX_WRAP_STEPS: Final = 1000
-"""Steps by which a counter may pass over its wrap; one that was reset is further off."""
+"""Largest distance from a wrap, in steps; a reset counter is further away."""
 _WRAP_DIVISOR: Final = 8
-"""Part of a wrap in which it passes, so that a short counter is distinguished from a reset."""
+"""Divisor of the counter's range for this distance: a wrap happens near the range's end."""
 DAY_S: Final = 86_400.0
 _LEAP_WINDOW_ROWS: Final = 15
-"""Rows on each side of a leap that show if it lasts."""
+"""Rows on each side of a jump to test if it lasts."""
 _MAX_ROWS_PER_STAMP: Final = 10
-"""Rows that may share a stamp for no more digits are kept."""
+"""Largest number of rows that may share a stamp because of its precision."""
 
 
 @dataclass(frozen=True)
 class Stamps:
-    """Seconds since the first stamp, shape (n,), the first stamp itself, and assumptions."""
+    """Seconds since the first stamp, shape (n,), with the first stamp and the assumptions."""
 
     seconds: Floats
     start: float
@@ -77,16 +77,20 @@ def to_seconds(
 ) -> Stamps:
     """Return the stamps in seconds.
 
-    Dates, as text as well, and durations have a unit. That of numbers is the one that is given;
-    else the name's; else that in which they are dates of this century, in steps of a minute at
-    most; else the one in which the rows have the ``rate`` stated; else the only one in which they
-    have one of 0.5 Hz to 32 kHz; else the one of these that another clock shows.
+    Dates (also as text) and durations have a unit. The unit of numbers is found in this order:
+
+    - the stated unit
+    - the unit in the name
+    - the unit in which they are dates of this century, with steps of at most a minute
+    - the unit in which the rows have the stated ``rate``
+    - the only unit in which the rows have a rate from 0.5 Hz to 32 kHz
+    - of several such units, the one that agrees with another clock
 
     Raises
     ------
     LogError
-        If a stamp is missing, is no number or date, or stands too far from the first; if they
-        are dates in a smaller unit than that of their name; or if no unit remains or several do.
+        If a stamp is missing, is no number or date, or is too far from the first. Also if stamps
+        are dates in a smaller unit than in their name, or if no single unit is possible.
     """
     column = convert_texts(column, name)
     notes: list[str | None] = []
@@ -118,7 +122,7 @@ def to_seconds(
 
 
 def _unpack_times(numbers: Column, name: str) -> tuple[Counts, float, Unit] | None:
-    """Return the times of day in numbers such as 120059990, in seconds; None for all others."""
+    """Return times of day in numbers such as 120059990, in seconds; None for other numbers."""
     if (
         find_time_unit(name) not in (None, "s")
         or median_step(_subtract_first(numbers, name)) <= 0.0
@@ -134,13 +138,13 @@ def _unpack_times(numbers: Column, name: str) -> tuple[Counts, float, Unit] | No
 
 
 def convert_texts(column: Column, name: str) -> Column:
-    """Return stamps with texts as dates, and nothing masked; LogError if a text is no date."""
+    """Return stamps with texts converted to dates; LogError if a text is no date."""
     column = without_masks(column)
     return parse_date_column(column, name) if column.dtype.kind in "SUO" else column
 
 
 def _date_counts_per_second(dtype: np.dtype[np.generic], name: str) -> float | None:
-    """Return the counts a second of dates or durations, None if they have no unit."""
+    """Return the counts per second of dates or durations; None if they have no unit."""
     unit, count = np.datetime_data(dtype)  # type: ignore[arg-type]
     if unit == "generic":
         return None
@@ -150,7 +154,7 @@ def _date_counts_per_second(dtype: np.dtype[np.generic], name: str) -> float | N
 
 
 def _to_64_bits(column: Column, name: str) -> Column:
-    """Return the column in 64 bits: today's date in nanoseconds does not fit a float64."""
+    """Return the column in 64 bits; float64 is too coarse for a date in nanoseconds."""
     if column.dtype.kind in "iu":
         return column.astype(np.int64 if column.dtype.kind == "i" else np.uint64, copy=False)
     if column.dtype.kind != "f":
@@ -162,7 +166,7 @@ def _to_64_bits(column: Column, name: str) -> Column:
 
 
 def _subtract_first(column: Column, name: str) -> Counts:
-    """Return the counts since the first, exact where they are whole numbers."""
+    """Return the counts since the first stamp, exact for integers."""
     if column.dtype.kind == "f":
         with np.errstate(over="ignore"):
             return column - column[0] if column[0] else column
@@ -173,7 +177,7 @@ def _subtract_first(column: Column, name: str) -> Counts:
 
 
 def _unwrap(since: Counts, first: float, name: str) -> tuple[Counts, str | None]:
-    """Return the counts of a counter of few bits as if it had more, and a sentence on its wraps."""
+    """Return the counts of a wrapping counter as a continuous count, and a sentence on wraps."""
     largest, smallest = first + float(since.max()), first + float(since.min())
     for wrap in WRAP_COUNTS:
         signed = smallest < 0.0
@@ -194,13 +198,13 @@ def _unwrap(since: Counts, first: float, name: str) -> tuple[Counts, str | None]
 
 
 def _max_wrap_step(wrap: int, step: float) -> float:
-    """Return the counts by which a counter in such steps may pass over its wrap."""
+    """Return the largest counts by which a counter with such steps can jump across its wrap."""
     near = _MAX_WRAP_STEPS * step
     return near if wrap == WRAP_COUNTS[0] else min(near, wrap / _WRAP_DIVISOR)
 
 
 def is_wrap(wrap: int, last: float, count: float, step: float) -> bool:
-    """Return True if a counter in steps of so many went from one count to a lower one by a wrap.
+    """Return True if a counter went from `last` to the lower `count` by a wrap, given its step.
 
     Examples
     --------
@@ -222,7 +226,7 @@ def _describe_wraps(name: str, wrap: int, wraps: int) -> str:
 
 
 def _check_resolution(numbers: Column, since: Counts, name: str) -> None:
-    """Raise LogError if many rows share a stamp for they were kept in 32 bits."""
+    """Raise LogError if many rows share a stamp because of float32."""
     if numbers.dtype.kind != "f" or len(numbers) < 2:
         return
     largest = float(np.abs(numbers[[0, -1]]).max())
@@ -247,19 +251,19 @@ def _check_resolution(numbers: Column, since: Counts, name: str) -> None:
 
 
 def _find_large_steps(seconds: Floats, bound: float) -> Iterator[int]:
-    """Yield the rows that lie so many seconds or more from the one before."""
+    """Yield the rows that differ from the row before by `bound` seconds or more."""
     for first in range(0, len(seconds) - 1, _BLOCK_ROWS):
         steps = np.diff(seconds[first : first + _BLOCK_ROWS + 1])
         yield from (first + 1 + np.flatnonzero(np.abs(steps) >= bound)).tolist()
 
 
 def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
-    """Return times of day that go on at midnight, and a sentence on it.
+    """Return times of day continued across midnight, and a sentence on it.
 
     Raises
     ------
     LogError
-        If they leap by a day or more, and stay there.
+        If times jump forward by a day or more, and stay there.
     """
     if len(seconds) < 2 * _LEAP_WINDOW_ROWS or not np.ptp(seconds) >= 0.99 * DAY_S:
         return seconds, None
@@ -269,7 +273,7 @@ def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
         after = float(np.median(seconds[row : row + _LEAP_WINDOW_ROWS]))
         leap = float(seconds[row] - seconds[row - 1])
         if abs(after - before) < 0.9 * DAY_S or min(row, len(seconds) - row) < 3:
-            continue  # one or two outlying stamps
+            continue  # only one or two outliers
         if abs(leap + DAY_S) < 0.01 * DAY_S:
             midnights.append(row)
         elif leap > 0.0 and _has_short_steps(seconds, row):
@@ -286,7 +290,7 @@ def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
 
 
 def _has_short_steps(seconds: Floats, row: int) -> bool:
-    """Return True if rows before one are closer together than minutes."""
+    """Return True if the rows before `row` are less than a minute apart."""
     steps = np.diff(seconds[max(0, row - _LEAP_WINDOW_ROWS) : row])
     return bool(steps.size and np.median(steps) < 60.0)
 
@@ -308,7 +312,7 @@ def _choose_unit(
     stated_unit: str | None,
     unit_hint: UnitHint | None,
 ) -> Unit:
-    """Return the unit of numbers."""
+    """Return the unit of numeric stamps."""
     column = f"time column '{name}'"
     named, first = find_time_unit(name), float(numbers[0])
     if stated_unit is not None:

@@ -1,7 +1,7 @@
-"""The unit of timestamps without a name for it: the one in which they are a sensor's clock.
+"""Unit of unnamed timestamps: the unit in which they are the clock of a sensor.
 
-Each possible unit is weighed by the dates that the numbers would be, by a rate that somebody has
-stated, and by the rate that the rows would have. Where two units remain, both are named.
+Each possible unit is tested by the dates that result, by the stated rate, and by the rate of the
+rows. If two units remain, the error names both.
 """
 
 from __future__ import annotations
@@ -31,36 +31,34 @@ PER_SECOND: Final = {
 }
 SAMPLES: Final = "samples"
 TIME_UNITS: Final = (*PER_SECOND, SAMPLES)
-"""Values of ``time_unit=``; samples are counted at the rate that is stated."""
+"""Values of ``time_unit=``; samples are counted at the stated rate."""
 _DECIMAL_UNITS: Final = ("s", "ms", "us", "ns")
-"""Units of a clock that says no other; the larger ones are never meant without a word."""
+"""Units of a clock without a stated unit; larger units need a name."""
 DATE_RANGE_S: Final = (946_684_800, 4_102_444_800)
-"""Seconds from 1970 to the years 2000 and 2100: of no two units are they the same numbers."""
+"""Unix times of the years 2000 and 2100, s; the ranges in different units do not overlap."""
 _DAY_EPOCHS: Final = {
     "days since 1900": 25_569.0,
     "days since year 0": 719_529.0,
     "Julian days": 2_440_587.5,
 }
-"""Days of spreadsheets, of MATLAB and of astronomers on the first day of 1970."""
+"""Day number of 1 January 1970 in spreadsheets, in MATLAB and as Julian date."""
 _MAX_DATED_STEP_S: Final = 60.0
-"""Longest step of dated stamps, s. A counter passes the same numbers in larger ones: one of
-microseconds at 10 kHz in steps of 100."""
+"""Longest step of dates, s. Counters with the same numbers have longer steps."""
 _MAX_STEP_DAYS: Final = 2.0 / 86_400
-"""Longest step of days, which seconds do not take but at a rate that no sensor has."""
+"""Longest step of day numbers; as seconds, they would have a rate above 43 kHz."""
 _RATE_RANGE_HZ: Final = (0.5, 32_000.0)
-"""Rates of inertial sensors, Hz."""
+"""Range of sampling rates of inertial sensors, Hz."""
 _RATE_TOLERANCE: Final = 0.05
-"""Part by which the steps of late stamps may miss a rate that is stated."""
+"""Largest relative difference between the rate of late stamps and a stated rate."""
 _LAG_ROWS: Final = 512
-"""Rows over which late and coarse stamps even out."""
+"""Number of rows over which late and coarse stamps average out."""
 _HEAD_ROWS: Final = 1 << 16
 _MIN_MICROSECOND_STEP: Final = 8_000.0
-"""Steps of a SampleTimeFine from which it counts microseconds: its devices that do are no faster
-than 120 Hz, those that count tenths of a millisecond no slower than 4 Hz in practice."""
+"""Smallest SampleTimeFine step in microseconds: 120 Hz at most. Steps of 0.1 ms are smaller."""
 
 
 class Unit(NamedTuple):
-    """Counts a second, the Unix time of zero, s, and a sentence on its origin, if any."""
+    """Counts per second, Unix time of zero, s, and a sentence on the origin, if any."""
 
     per_second: float
     epoch: float = 0.0
@@ -68,16 +66,16 @@ class Unit(NamedTuple):
 
 
 class AmbiguousUnitError(LogError):
-    """Timestamps may be of several units, in each of which they are the clock of a sensor."""
+    """Error for timestamps that could have several units."""
 
     def __init__(self, message: str, units: tuple[str, ...]) -> None:
-        """Keep the units."""
+        """Store the possible units."""
         super().__init__(message)
         self.units = units
 
 
 def check_time_unit(unit: str | None) -> str | None:
-    """Return a unit of timestamps in its one spelling; ValueError that lists those known."""
+    """Return the standard spelling of a unit of time; a ValueError lists the known units."""
     if unit is None or unit in TIME_UNITS:
         return unit
     for known, spellings in UNITS.items():
@@ -91,14 +89,14 @@ def check_time_unit(unit: str | None) -> str | None:
 
 
 def find_date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
-    """Return the unit in which the stamps are dates of this century, None if there is none."""
-    # Of three stamps one may be an outlier.
+    """Return the unit in which the stamps are dates of this century; None if there is none."""
+    # One of three stamps may be an outlier.
     median_count = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
     for unit in _DECIMAL_UNITS:
         if DATE_RANGE_S[0] <= median_count / PER_SECOND[unit] < DATE_RANGE_S[1]:
             step = median_step(since)
             slow = step > _MAX_DATED_STEP_S * PER_SECOND[unit]
-            # A sensor that counts since it was switched on passes the same numbers.
+            # A counter since power-on can have the same numbers.
             counts = step * _RATE_RANGE_HZ[0] > PER_SECOND[unit] and not has_time_name(name)
             counts = counts and bool(plausible_units(step, since))
             return (
@@ -119,7 +117,7 @@ def _describe_dates(name: str, unit: str) -> str:
 
 
 def find_rate_unit(name: str, step: float, rate: float) -> Unit | None:
-    """Return the unit in which rows so many counts apart have the rate stated, None for none."""
+    """Return the unit in which a step fits the stated rate; None if there is none."""
     for unit in _DECIMAL_UNITS:
         if abs(step * rate / PER_SECOND[unit] - 1) < _RATE_TOLERANCE:
             note = f"time column '{name}' read as {unit}, by the rate stated"
@@ -133,23 +131,23 @@ def find_unit(
     step: float,
     unit_hint: Callable[[Sequence[str]], tuple[str, str] | None] | None,
 ) -> Unit:
-    """Return the unit in which rows so many counts apart are those of an inertial sensor.
+    """Return the unit in which the step between rows fits an inertial sensor.
 
     Parameters
     ----------
     name, column
-        Name of the stamps, and their values.
+        Name and values of the timestamps.
     step
-        Counts from one row to the next.
+        Step between rows, counts.
     unit_hint
-        Returns the unit, among some, by another clock in the table, and the name of that.
+        Function that chooses a unit by another clock of the table, and returns that clock's name.
 
     Raises
     ------
-    UnitsRemain
-        If there are two such units.
+    AmbiguousUnitError
+        If two units are possible.
     LogError
-        If there is none.
+        If no unit is possible.
     """
     prefix = f"time column '{name}' read as"
     if name.lower().replace("_", "").endswith("sampletimefine"):
@@ -170,10 +168,10 @@ def find_unit(
 
 
 def plausible_units(step: float, column: npt.NDArray[np.generic]) -> list[str]:
-    """Return the units in which rows so many counts apart have the rate of a sensor."""
+    """Return the units in which a step between rows fits the rate of a sensor."""
     units = _with_sensible_rate(step)
     if len(units) > 1 and _has_fractions(column):
-        # Counters count; decimals below one are those of seconds.
+        # Only seconds have decimals below one; other units count.
         return ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
     return units
 
@@ -213,7 +211,7 @@ def _make_unit_error(name: str, units: Sequence[str], step: float) -> LogError:
 
 
 def unit_argument(unit: str) -> Argument:
-    """Return the argument that says a unit of timestamps."""
+    """Return the argument that states a unit of timestamps."""
     return keyword_argument("time_unit", unit, f"time_unit={unit!r}")
 
 
@@ -229,7 +227,7 @@ def _has_fractions(column: npt.NDArray[np.generic]) -> bool:
 
 
 def row_step(since: Counts) -> float:
-    """Return the counts from one row to the next, unmoved by late, coarse and missing stamps."""
+    """Return the step between rows, insensitive to late, coarse and missing stamps, counts."""
     lag = min(_LAG_ROWS, max(1, len(since) // 8))
     if len(since) < 2:
         return 0.0
@@ -237,12 +235,12 @@ def row_step(since: Counts) -> float:
     lag_steps = (since[lag:][head] - since[:-lag][head]).astype(np.float64)
     typical = float(np.median(lag_steps)) / lag
     middle = median_step(since)
-    # Where hardly a row differs from the one after it by less, rows are missing and none is late.
+    # If hardly any step is shorter, rows are missing and none are late.
     return middle if middle > 0.0 and 0.5 * middle < typical < 2.0 * middle else typical
 
 
 def median_step(since: Counts) -> float:
-    """Return the median of the steps forward, 0 if there are none."""
+    """Return the median of the forward steps, 0 if there are none."""
     steps = np.diff(since[: 4 * _HEAD_ROWS]).astype(np.float64)
     steps = steps[steps > 0]
     return float(np.median(steps)) if steps.size else 0.0

@@ -1,9 +1,9 @@
-"""Wander: clocks whose rate changes, so that no even clock is right, as opposed to late stamps.
+"""Wander: clocks that change their rate, as opposed to late stamps of a steady clock.
 
-A host stamps a steady sensor late now and then; its stamps come back to the line. A clock that ran
-at another rate does not. So the test uses the level of the stamps over many rows, where lateness
-evens out: the levels of a steady clock differ by chance, those of one that wanders differ little
-from one to the next and much over the log.
+If a host stamps a steady sensor late, later stamps return to the line. The stamps of a wandering
+clock do not. The test uses the level of the stamps over many rows, because lateness averages out in
+a level. Levels of a steady clock differ by chance. Levels of a wandering clock differ little from
+one to the next, but much over the log.
 """
 
 from __future__ import annotations
@@ -19,28 +19,27 @@ from zerorate.types import Floats, Integers
 _Number = TypeVar("_Number", np.float64, np.int64)
 
 _LEVEL_COUNTS: Final = (40, 160, 640, 2560, 10_240)
-"""Levels in a log, from slow wander to quick one."""
+"""Numbers of levels per log, from slow to fast wander."""
 _MIN_LEVEL_ROWS: Final = 32
-"""Rows of a level."""
+"""Smallest number of rows per level."""
 _STEADY_LEVEL_ROWS: Final = 300
-"""Rows of a level that a gap of one row, if it is none, hardly moves."""
+"""Smallest number of rows per level so that a wrong gap of one row hardly changes it."""
 _MIN_LEVEL_S: Final = 0.5
-"""Seconds of a level: what is quicker is called jitter."""
+"""Shortest duration of a level, s; faster changes are jitter."""
 _MIN_LEVEL_BLOCKS: Final = 8
-"""Lumps of rows that share a stamp, or arrived together, in a level."""
+"""Smallest number of blocks per level; a block has equal stamps, or arrived together."""
 _MIN_VARIANCE_RATIO: Final = 4.0
-"""Variance of the levels over that which their steps let expect (von Neumann's ratio): 1 by chance,
-with a deviation of 0.3 for forty of them."""
+"""Smallest ratio of the variance of levels to its expectation from their steps (von Neumann)."""
 _MIN_WANDER_S: Final = 5e-3
-"""Half the range, s, that four fifths of the levels take at least: 15 cm on a road."""
+"""Smallest half range of the middle four fifths of the levels, s: 15 cm at 30 m/s."""
 _MAX_OFFSET_PERIODS: Final = 0.4
-"""Periods by which a stamp may leave those around it and still be kept as it is."""
+"""Largest distance of a stamp that is kept from the stamps around it, periods."""
 
 
 class Wander(NamedTuple):
-    """Level of the stamps against an even clock, s, at each row, and the least and largest rate.
+    """Level of the stamps against a uniform clock at each row, s, and range of the rate.
 
-    ``slow`` is the level over many rows, which a gap that is none hardly moves.
+    ``slow`` is the level over many rows; a wrong gap hardly changes it.
     """
 
     level: Floats
@@ -49,25 +48,25 @@ class Wander(NamedTuple):
     fastest: float
 
     def stamp_times(self, even: Floats, deviation: Floats, period: float) -> Floats:
-        """Return the times of rows: their stamps, or those around them where they came late.
+        """Return the times of rows: their stamps, or the level around them if a stamp is late.
 
         Parameters
         ----------
         even, deviation
-            Times of the rows on the even clock, and how far the stamps are from it.
+            Times of the rows on the uniform clock, and deviations of the stamps from it, s.
         period
-            Of that clock, s.
+            Period of the uniform clock, s.
         """
         offsets = deviation.copy()
         off = np.flatnonzero(np.abs(deviation - self.level) > _MAX_OFFSET_PERIODS * period)
-        # Across a gap the rows of the other side may stand elsewhere.
+        # Rows across a gap may have another level.
         sides = (
             window_medians(deviation, off - WINDOW_ROWS, WINDOW_ROWS),
             window_medians(deviation, off + 1, WINDOW_ROWS),
         )
         distances = [np.abs(deviation[off] - side) for side in sides]
         distance = np.fmin(*distances)
-        # At the ends of a log there is one side alone.
+        # At the ends of a log there is only one side.
         around = np.where(distances[0] == distance, sides[0], sides[1])
         late = distance > _MAX_OFFSET_PERIODS * period
         offsets[off[late]] = around[late]
@@ -81,18 +80,18 @@ def find_wander(
     rows: Integers | None = None,
     n: int = 0,
 ) -> Wander | None:
-    """Return the wander of a clock, None unless it is certain and matters.
+    """Return the wander of a clock; None if it is uncertain or too small to matter.
 
     Parameters
     ----------
     deviation
-        How far stamps are from an even clock, s.
+        Deviations of the stamps from a uniform clock, s.
     period
-        Of that clock, s.
+        Period of the uniform clock, s.
     block_rows
-        Rows that share a stamp or came together.
+        Rows that share a stamp or arrived together.
     rows, n
-        The rows to which the deviations belong, and how many there are; by default all.
+        Rows of the deviations, and number of all rows; default: all rows.
     """
     min_rows = max(_MIN_LEVEL_ROWS, _MIN_LEVEL_S / period, _MIN_LEVEL_BLOCKS * block_rows)
     if rows is not None:
@@ -131,21 +130,21 @@ def _block_levels(deviation: Floats, blocks: int) -> Floats:
 
 
 def _split_blocks(values: npt.NDArray[_Number], count: int) -> npt.NDArray[_Number]:
-    """Return values in so many rows or some more, but for less than a row at the end."""
+    """Return values in about `count` blocks of equal length; a shorter rest is dropped."""
     width = len(values) // count
     return values[: len(values) // width * width].reshape(-1, width)
 
 
 def _has_wander(levels: Floats, min_wander: float) -> bool:
     low, few, many, high = np.percentile(levels, (5, 10, 90, 95))
-    # Some late blocks make no clock wander.
+    # A few late blocks are no wander.
     levels = np.clip(levels, low, high)
     by_steps = 0.5 * float(np.mean(np.diff(levels) ** 2))
     return bool(0.5 * (many - few) > min_wander and levels.var() > _MIN_VARIANCE_RATIO * by_steps)
 
 
 def _interpolate_levels(rows: Integers, centres: Floats, levels: Floats) -> Floats:
-    """Return the line through levels at all rows, which goes on at both ends."""
+    """Return the levels interpolated at all rows, extrapolated at both ends."""
     slopes = np.diff(levels)[[0, -1]] / np.diff(centres)[[0, -1]]
     first, last = rows[0] - 1.0, rows[-1] + 1.0
     ends = levels[[0, -1]] + slopes * (np.array([first, last]) - centres[[0, -1]])

@@ -1,6 +1,6 @@
-"""Times as people and programs write them: ``01-May-2024 12:00:00.000``, ``5/1/2024 1:02 PM``.
+"""Times in written notations: ``01-May-2024 12:00:00.000``, ``5/1/2024 1:02 PM``.
 
-A date whose day and month cannot be distinguished is ignored: the time of day alone is read.
+If day and month of a date cannot be distinguished, only the time of day is read.
 """
 
 from __future__ import annotations
@@ -40,24 +40,24 @@ _COMPACT: Final = re.compile(
     r"([12][0-9]{3})([01][0-9])([0-3][0-9])[T_ -]([0-2][0-9])([0-5][0-9])([0-6][0-9])"
     r"(?:[.,]([0-9]{1,9}))?(Z|[+-][0-9]{2}:?[0-9]{2})?"
 )
-"""The compact form of ISO 8601: ``20240501T120000.010``."""
+"""Compact form of ISO 8601: ``20240501T120000.010``."""
 _EPOCH_DAY: Final = date(1970, 1, 1).toordinal()
 _DAY_NS: Final = 86_400 * 10**9
 
 
 _HALF_DAY_S: Final = 43_200.0
 _MAX_PROBED: Final = 10_000
-"""Numbers that distinguish nearly any count from times of day, at a fraction of the cost."""
+"""Number of values tested first; this rejects nearly all plain counts quickly."""
 _FIRST_PACKED_DATE: Final = 2e13
-"""The first number of a date of this century, YYYYMMDDHHMMSS."""
+"""Smallest number that is a date of this century as YYYYMMDDHHMMSS."""
 _MAX_DAYS: Final = 1000
-"""Most days of a log."""
+"""Largest length of a log, days."""
 _PACKED_PER_SECOND: Final = (1, 1_000, 1_000_000)
-"""Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
+"""Counts per second of times written as one number: HHMMSS, HHMMSSmmm, HHMMSSmmmuuu."""
 
 
 class _TimeParts(NamedTuple):
-    """Texts of a time: its date, hours, minutes, seconds, their fraction, half of day and zone."""
+    """Parts of a time as text: date, hours, minutes, seconds, fraction, AM or PM, zone."""
 
     day: str
     hours: str
@@ -69,7 +69,7 @@ class _TimeParts(NamedTuple):
 
 
 def is_written_time(cell: str) -> bool:
-    """Return True if a text is a time of day, maybe after a date."""
+    """Return True if a text is a time of day, with or without a date."""
     parts = _split_time(cell)
     return parts is not None and _time_of_day_ns(parts) is not None
 
@@ -86,9 +86,9 @@ def _split_time(cell: str) -> _TimeParts | None:
 
 
 def parse_written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
-    """Return texts as dates, or as durations since midnight if their date is uncertain.
+    """Return texts as dates, or as durations since midnight if the date is ambiguous.
 
-    None if one is no time, or not written like the first one.
+    Return None if a text is no time, or has another notation than the first.
     """
     parts = [_split_time(cell) for cell in cells]
     if not parts or any(time_parts is None for time_parts in parts):
@@ -116,13 +116,13 @@ def parse_written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
 
 
 def _time_of_day_ns(parts: _TimeParts) -> int | None:
-    """Return the time of day less its zone, None if no clock shows it."""
+    """Return the time of day minus its zone, ns; None if it is impossible."""
     fraction = int(parts.fraction.ljust(9, "0")) if parts.fraction else 0
     hours, minutes = int(parts.hours), int(parts.minutes)
     if not parts.seconds:
         if not parts.fraction:
             return None if hours > 23 or minutes > 59 else 60 * (60 * hours + minutes) * 10**9
-        # Minutes, seconds and their decimals, as spreadsheets show them.
+        # Minutes, seconds and decimals, as in spreadsheets.
         return None if minutes > 59 else (60 * hours + minutes) * 10**9 + fraction
     seconds = int(parts.seconds)
     if parts.half:
@@ -142,11 +142,11 @@ def _zone_offset_ns(zone: str) -> int:
 
 
 def _parse_days(texts: Sequence[str]) -> npt.NDArray[np.int64] | str:
-    """Return days since 1970; "none" if one is no date, "unsure" if day and month may be either."""
+    """Return days since 1970; "none" if one is no date, "unsure" if day and month are ambiguous."""
     different = dict.fromkeys(texts)
     split = {text: re.split(r"[-/. ]", text) for text in different}
     numbers = [parts for parts in split.values() if parts[1].isdigit() and len(parts[0]) < 4]
-    # Points stand in dates that begin with the day.
+    # Dates with points begin with the day.
     points = all("." in text for text in different)
     day_first = points or any(int(parts[0]) > 12 for parts in numbers)
     month_first = not points and any(int(parts[1]) > 12 for parts in numbers)
@@ -180,10 +180,10 @@ def _parse_day(parts: Sequence[str], month_first: bool) -> int | None:
 
 
 def unpack_dates(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
-    """Return the seconds since 1970 of numbers such as 20240501120000010, None for all others.
+    """Return the Unix time of numbers such as 20240501120000010, s; None for other numbers.
 
-    ``YYYYMMDDHHMMSS`` and thousandths are distinguished from a count by their digits, which are
-    those of dates of this century in all rows.
+    ``YYYYMMDDHHMMSS``, with or without milliseconds, differs from a count by its digits: in all
+    rows they form dates of this century.
     """
     if float(numbers.min()) < _FIRST_PACKED_DATE:
         return None
@@ -204,18 +204,17 @@ def unpack_dates(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
 
 
 def _packed_day(number: int) -> int | None:
-    """Return the day since 1970 of a number such as 20240501, None for none of this century."""
+    """Return the day since 1970 of a number such as 20240501; None if not in this century."""
     year, month, day = number // 10_000, number // 100 % 100, number % 100
     found = _parse_day((str(year), str(month), str(day)), False) if 2000 <= year < 2100 else None
     return None if found is None else found - _EPOCH_DAY
 
 
 def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
-    """Return the seconds of day of numbers such as 120059990, None where they are no such times.
+    """Return the time of day of numbers such as 120059990, s; None for other numbers.
 
-    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are distinguished from a count by what
-    they do at a full minute: they leap by forty seconds there, and no number has a 60 where seconds
-    stand.
+    ``HHMMSS`` with decimals, milliseconds or microseconds differs from a count at full minutes: it
+    jumps by forty seconds there. And the seconds are never 60.
     """
     probed = numbers[:: max(1, len(numbers) // _MAX_PROBED)]
     for per_second in map(float, _PACKED_PER_SECOND):
@@ -227,7 +226,7 @@ def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
 
 
 def _spans_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
-    """Return True if numbers are within a day, and not all of one minute."""
+    """Return True if numbers are times within a day, over more than one minute."""
     smallest, largest = float(numbers.min()), float(numbers.max())
     minute = 100.0 * per_second
     return 0.0 <= smallest <= largest < 2_400.0 * minute and smallest // minute < largest // minute
@@ -236,7 +235,7 @@ def _spans_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
 def _split_packed(
     numbers: npt.NDArray[Any], per_second: float
 ) -> tuple[npt.NDArray[Any], ...] | None:
-    """Return hours and minutes as one number, and seconds of day; None if one of these is none."""
+    """Return hours and minutes as one number, and seconds; None if a number is no such time."""
     written = numbers / per_second
     whole = np.floor(written)
     minutes, second = np.divmod(whole, 100.0)
@@ -255,7 +254,7 @@ def _unpack(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.floa
     if not minute_changes.any() or minute_changes.mean() > 0.5:
         return None
     step = float(np.median(np.diff(seconds)))
-    # At a full minute, and at midnight, the rows go on as within it.
+    # Rows continue evenly over full minutes and midnight.
     minute_steps = (np.diff(seconds)[minute_changes] + _HALF_DAY_S) % (
         2.0 * _HALF_DAY_S
     ) - _HALF_DAY_S

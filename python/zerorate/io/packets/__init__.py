@@ -1,7 +1,8 @@
-"""Packets that devices send: bytes of a serial line, a socket or Bluetooth as rows of samples.
+"""Packets of devices: bytes from a serial line, a socket or Bluetooth become rows of samples.
 
-A protocol is a file with a decoder and the names of its columns, which show sensors and units; all
-else takes its rows as lines of text. To add one, write such a file and name it in `PACKETS`.
+A protocol is a module with a decoder and the names of its columns, with sensors and units. All
+other code treats its rows like lines of text. To add a protocol, write a module and add it to
+`PACKETS`.
 """
 
 from zerorate.io.packets import phone, witmotion, xio, xsens
@@ -12,4 +13,4 @@ __all__ = ["PACKETS", "Damage", "Decoder", "PacketProtocol", "Row"]
 PACKETS: dict[str, PacketProtocol] = {
     form.name: form for form in (phone.PROTOCOL, witmotion.PROTOCOL, xio.PROTOCOL, xsens.PROTOCOL)
 }
-"""The forms by their names."""
+"""Protocols by name."""

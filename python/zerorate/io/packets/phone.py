@@ -1,12 +1,12 @@
-"""JSON of phones: SensorServer's events by WebSocket, and Sensor Logger's pushes.
+"""JSON of phones: events of SensorServer by WebSocket, and messages of Sensor Logger.
 
-SensorServer sends an event a message, ``{"type": "android.sensor.gyroscope", "timestamp": …,
-"values": [x, y, z]}``; Sensor Logger many in one, ``{"payload": [{"name": "gyroscope", "time": …,
-"values": {"x": …}}]}``. Both in rad/s, m/s^2 and microtesla, time in nanoseconds. A row is a sample
-of the gyro with what the other sensors have said since the last one.
+SensorServer sends one event per message: ``{"type": "android.sensor.gyroscope", "timestamp": …,
+"values": [x, y, z]}``. Sensor Logger sends many: ``{"payload": [{"name": "gyroscope", "time": …,
+"values": {"x": …}}]}``. Both use rad/s, m/s^2, microtesla and nanoseconds. A row is a sample of the
+gyro with the values of the other sensors since the previous row.
 
-Sensor Logger's ``accelerometer`` is without gravity: ``totalacceleration`` is taken, or where there
-is none, its sum with ``gravity``.
+Sensor Logger's ``accelerometer`` is without gravity. ``totalacceleration`` is used instead, or else
+the sum of ``accelerometer`` and ``gravity``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from zerorate.io.packets.protocol import (
 )
 
 _MAX_MESSAGE_BYTES: Final = 1 << 22
-"""Bytes of a message: Sensor Logger batches seconds of all sensors."""
+"""Largest message, bytes: Sensor Logger collects several seconds of all sensors."""
 _MAX_STAMP: Final = 1 << 63
 _REASON: Final = "no JSON of events with a time and three numbers"
 _SENSORS: Final = {

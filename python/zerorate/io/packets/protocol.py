@@ -1,4 +1,4 @@
-"""Protocol of packets: bytes in, rows of numbers out, and reports of damage."""
+"""Interface of packet protocols: bytes in, rows of numbers and reports of damage out."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Final, Protocol, TypeAlias
 AXES: Final = "xyz"
 
 Row: TypeAlias = Sequence[object]
-"""The cells of a sample: numbers, or an empty text where there is none."""
+"""Cells of a sample: numbers, or empty texts for missing values."""
 
 NO_TRIAD: Final[Row] = ("", "", "")
-"""The cells of a sensor that has not spoken since the last row."""
+"""Cells of a sensor without new values since the last row."""
 
 
 _MAX_UNKNOWN_BYTES: Final = 1 << 12
-"""Bytes after which a packet should have come."""
+"""Number of bytes without a packet after which they are reported."""
 
 
 @dataclass(frozen=True)
 class Damage:
-    """Bytes that are no packet where one should be, or a packet that holds no sample of use.
+    """Bytes that are no packet, or a packet without a usable sample.
 
     Examples
     --------
@@ -34,37 +34,37 @@ class Damage:
 
 
 class Decoder(Protocol):
-    """Takes bytes as they come, in pieces of any size: however they are cut, the rows are equal."""
+    """Decoder of bytes in pieces of any size; the rows do not depend on the pieces."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
-        """Yield the samples that are complete with these bytes, and damage."""
+        """Yield the samples that these bytes complete, and damage."""
 
     def finish(self) -> Iterator[Row | Damage]:
-        """Yield the packets and remarks that the end of the bytes completes or cuts."""
+        """Yield the packets that the end completes, and remarks on incomplete packets."""
 
 
 @dataclass(frozen=True)
 class PacketProtocol:
-    """A protocol of packets, as a maker's devices send them.
+    """Protocol of a manufacturer's packets.
 
     Attributes
     ----------
     name : str
-        Its name for ``--form``.
+        Name for ``--form``.
     meaning : str
-        Devices that send it.
+        Devices with this protocol.
     columns : tuple of str
-        Names of the cells of a row, which show the sensors and their units.
+        Names of the cells of a row, with sensors and units.
     decoder : callable
-        Returns a new decoder.
+        Function that returns a new decoder.
     counter : str, optional
-        The column that numbers the packets.
+        Column with the packet counter.
     counter_bits : int, optional
-        Its width.
+        Width of the counter, bits.
     notify : str, optional
-        The characteristic by which Bluetooth devices send it.
+        Bluetooth characteristic that sends the packets.
     lines : bool
-        True if a line's end ends a message.
+        True if a message ends with its line.
 
     Examples
     --------
@@ -86,15 +86,15 @@ class PacketProtocol:
 
 
 def name_axes(*sensors: str) -> tuple[str, ...]:
-    """Return the names of three axes for each sensor, such as ``gyro_{}_dps``."""
+    """Return the names of three axes for each sensor pattern, such as ``gyro_{}_dps``."""
     return tuple(sensor.format(axis) for sensor in sensors for axis in AXES)
 
 
 @dataclass
 class Buffer:
-    """Bytes that wait for the rest of their packet, and a count of those that belong to none.
+    """Bytes of incomplete packets, and a count of bytes that belong to none.
 
-    Bytes before the first packet are not reported: a device is often joined in the middle of one.
+    Bytes before the first packet are not reported, because reading often begins within a packet.
     """
 
     max_bytes: int
@@ -109,7 +109,7 @@ class Buffer:
     _overlong: bool = False
 
     def take(self, count: int) -> bytes:
-        """Return a packet and forget its bytes."""
+        """Return a packet and remove its bytes."""
         packet = bytes(self.raw[:count])
         del self.raw[:count]
         if self._has_packet:
@@ -118,7 +118,7 @@ class Buffer:
         return packet
 
     def skip(self, count: int) -> None:
-        """Forget bytes that belong to no packet."""
+        """Remove bytes that belong to no packet."""
         del self.raw[:count]
         self._skipped += count
         while not self._has_packet and self._skipped >= _MAX_UNKNOWN_BYTES:
@@ -139,7 +139,7 @@ class Buffer:
             yield Damage(f"{are} no packet: {self.reason}")
 
     def finish(self) -> Iterator[Damage]:
-        """Yield that the end cuts a packet, where one has come before."""
+        """Yield a remark if the end cuts a packet, and packets have come before."""
         yield from self.report()
         count = self._skipped + len(self.raw)
         if count and self._has_packet:
@@ -147,9 +147,9 @@ class Buffer:
             yield Damage(f"{are} no whole packet")
 
     def take_line(self) -> bytes | None:
-        """Return the next bytes that a line's end ends, None where it has not come.
+        """Return the bytes up to the next line end; None if it has not come.
 
-        What is longer than a message may be is forgotten.
+        Bytes longer than the largest message are removed.
         """
         while (end := self.raw.find(b"\n", self._searched)) >= 0:
             self._searched = 0
@@ -165,7 +165,7 @@ class Buffer:
 
 
 def read_lines(buffer: Buffer, parse: Callable[[bytes], Sequence[Row]]) -> Iterator[Row | Damage]:
-    """Yield the rows of messages that a line's end ends; `parse` raises ValueError for others."""
+    """Yield the rows of one-line messages; `parse` raises ValueError for a bad message."""
     while (line := buffer.take_line()) is not None:
         try:
             rows = parse(line)

@@ -1,9 +1,9 @@
-"""Packets of WitMotion devices: eleven bytes a sensor, or twenty by Bluetooth.
+"""Packets of WitMotion devices: eleven bytes per sensor, or twenty by Bluetooth.
 
-``55 kind data checksum``, the data four numbers of 16 bits, low byte first: kind 51 acceleration in
-16 g, 52 rate in 2000 deg/s, 54 magnetic field in counts. The checksum is the sum of all bytes
-before it, modulo 256. A packet ``55 61`` of Bluetooth has no checksum and nine numbers:
-acceleration, rate, angles. As the protocols of the maker describe them.
+A packet is ``55 kind data checksum`` with four 16-bit numbers, low byte first. Kind 51 is the
+acceleration (range 16 g), 52 the rate (range 2000 deg/s), 54 the magnetic field in counts. The
+checksum is the sum of all bytes before it, modulo 256. A Bluetooth packet ``55 61`` has nine
+numbers (acceleration, rate, angles) and no checksum. Source: the protocols of the manufacturer.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _DPS_PER_COUNT: Final = 2000.0 / 32768.0
 
 
 class _Decoder:
-    """A row is complete with the rate: acceleration comes before it, the field after."""
+    """Decoder; the rate completes a row. Acceleration precedes it, the field follows."""
 
     def __init__(self) -> None:
         self._buffer = Buffer(_BLUETOOTH_BYTES, "witmotion", "no packet with a right checksum")
@@ -57,8 +57,8 @@ class _Decoder:
             if len(raw) < _PACKET_BYTES:
                 return None
             if raw[1] == _COMBINED:
-                # Without a checksum, the begin of the next one has to do: it is waited for, so
-                # that the samples do not depend on how the bytes are cut.
+                # Without a checksum, the beginning of the next packet confirms this one. Waiting
+                # for it makes the samples independent of the pieces.
                 if len(raw) < _BLUETOOTH_BYTES + 2:
                     return None
                 if raw[_BLUETOOTH_BYTES] == _START and raw[_BLUETOOTH_BYTES + 1] in _ALL_KINDS:

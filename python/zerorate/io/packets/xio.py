@@ -1,8 +1,8 @@
-"""Data messages of x-io Technologies' x-IMU3, as text and as bytes, on a serial line or by UDP.
+"""Data messages of x-io Technologies' x-IMU3, as text or bytes, by serial line or UDP.
 
-Text: ``I,time,gyro,accelerometer`` and ``M,time,field``, a line each; time in microseconds, deg/s,
-g, arbitrary units. Bytes: the letter plus 80 hex, time as 64 bits, single floats, low bytes first,
-then 0A; within a message 0A stands as DB DC, and DB as DB DD. From the user manual.
+Text: lines ``I,time,gyro,accelerometer`` and ``M,time,field``, in microseconds, deg/s, g and
+arbitrary units. Bytes: the letter plus 80 hex, time as 64 bits, single floats, low bytes first,
+then 0A. Within a message, 0A is escaped as DB DC, and DB as DB DD. Source: the user manual.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _BINARY_BIT: Final = 0x80
 _INERTIAL, _MAG = ord("I"), ord("M")
 _NUMBER_COUNTS: Final = {_INERTIAL: 6, _MAG: 3}
 _IGNORED_KINDS: Final = b"ABEFHLNQRSTVW{"
-"""Messages that are not read: orientations, temperatures, notes, answers to commands."""
+"""Messages that are ignored: orientations, temperatures, notes, answers to commands."""
 _MAX_MESSAGE_BYTES: Final = 4096
 
 

@@ -1,7 +1,8 @@
-"""MTData2 messages of Xsens MTi devices, as their low-level documentation describes them.
+"""MTData2 messages of Xsens MTi devices, from their low-level documentation.
 
-A message is ``FA FF 36 length data checksum``; the data are items of a type of two bytes, a length
-and numbers, high bytes first. All bytes after the first sum to 0 with the checksum, modulo 256.
+A message is ``FA FF 36 length data checksum``. The data are items with a type of two bytes, a
+length, and numbers, high bytes first. All bytes after the first, with the checksum, sum to 0 modulo
+256.
 """
 
 from __future__ import annotations
@@ -15,23 +16,23 @@ from zerorate.io.packets.protocol import NO_TRIAD, Buffer, Damage, PacketProtoco
 _START: Final = b"\xfa\xff"
 _MTDATA2: Final = 0x36
 _EXTENDED_LENGTH: Final = 0xFF
-"""A length that is given by the next two bytes."""
+"""Length that is stated in the next two bytes."""
 _MAX_DATA_BYTES: Final = 2048 + 7
 
 _PACKET_COUNTER: Final = 0x1020
 _SAMPLE_TIME_FINE: Final = 0x1060
 _TRIADS: Final = {0x8020: "gyro", 0x4020: "accel", 0xC020: "mag"}
 _HIGH_RATE_TRIADS: Final = {0x8040: "gyro", 0x4040: "accel"}
-"""The same of the sensors alone, before what corrects them at the rate of the filter."""
+"""Sensors alone, before the corrections at the rate of the filter."""
 _TICK_US: Final = 100
-"""Microseconds of a tick of the fine time."""
+"""Tick of the fine time, microseconds."""
 _ID_MASK: Final = 0xFFF0
-"""Without the bits for the number's format and the axes of the earth."""
+"""Mask without the bits of the number's format and the earth axes."""
 
 _NUMBER_FORMATS: Final = {0: (">f", 1.0), 1: (">i", 2.0**-20), 3: (">d", 1.0)}
-"""By the two low bits: single, fixed point of 12.20 bits, double."""
+"""Formats by the two low bits: single, fixed point 12.20, double."""
 _FIXED_16_32: Final = 2
-"""Fixed point of 16.32 bits: the fraction comes first."""
+"""Fixed point 16.32: the fraction comes first."""
 
 
 class _Decoder:
@@ -51,7 +52,7 @@ class _Decoder:
         yield from self._buffer.finish()
 
     def _next_message(self) -> tuple[int, bytes] | None:
-        """Return the next whole message, its kind and data; None if it has not come."""
+        """Return the kind and data of the next complete message; None if it has not come."""
         raw = self._buffer.raw
         while True:
             start = raw.find(_START)

@@ -23,9 +23,9 @@ _Columns = dict[str, Callable[[], Column]]
 
 _AXES: Final = "xyz"
 _TIME_FIELDS: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
-"""Fields with the time, that of the sample rather than that of its writing, and their units."""
+"""Fields with the time and their units; times of samples come before times of writing."""
 _INSTANCE_FIELDS: Final = ("I", "C")
-"""Fields that distinguish sensors, and the cores of an estimator."""
+"""Fields with the number of a sensor or of an estimator's core."""
 _ANGLE_FIELDS: Final = ("Roll", "Pitch", "Yaw")
 _MAX_INSTANCES: Final = 16
 _NUMBERED_KIND: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
@@ -33,7 +33,7 @@ _CALIBRATION: Final = re.compile(
     r"INS_(GYR|ACC)\d?(OFFS|SCAL|_CALTEMP|_ID)|INS_(GYRO|ACC)\d?OFFS|INS\d?_(GYR|ACC)"
     r"|INS_TCAL|INS_POS|COMPASS_(OFS|DIA|ODI|MOT|SCALE|DEV_ID|ORIENT)|AHRS_(TRIM|ORIENT)|GPS\d?_POS"
 )
-"""Parameters with what the autopilot takes its sensors to be off by, and how they are mounted."""
+"""Parameters with the autopilot's calibration of its sensors, and their mounting."""
 
 
 def read_binary(path: Path) -> Content:
@@ -47,7 +47,7 @@ def read_text(path: Path) -> Content:
 
 
 def _make_content(log: DataFlash) -> Content:
-    """Return a table of each kind of messages and each sensor, those that are read first."""
+    """Return a table of each kind of message and each sensor; those of a recording come first."""
     if not any(message.rows for name, message in log.messages.items() if name != "FMT"):
         raise ValueError("no message is left")
     meta = Metadata(calibration=_find_calibration(log), notes=_describe_faults(log))
@@ -89,7 +89,7 @@ def _imu(message: Message) -> _Columns:
 
 
 def _increments(message: Message) -> _Columns:
-    """Means over the time of integration, s."""
+    """Return means over the integration time, s."""
     columns: _Columns = {}
     for field, time, name in (
         ("DelA", "DelaT", "gyro_{}_radps"),
@@ -139,7 +139,7 @@ def _speed(message: Message, part: Callable[[Floats], Floats]) -> Column:
 
 
 def _attitude(message: Message) -> _Columns:
-    """From the body, forward, right, down, to north, east, down."""
+    """Return the orientation from body (forward, right, down) to earth (north, east, down)."""
     if "Q1" in message:
         return _rename(message, {f"Q{i}": f"ref_quat_{axis}" for i, axis in enumerate("wxyz", 1)})
     quaternions = cache(partial(_quaternions, message))
@@ -159,7 +159,7 @@ def _quaternions(message: Message) -> Floats:
 
 
 class _Sensor(NamedTuple):
-    """Fields of a sensor's messages, and the functions that make columns of them."""
+    """Fields of a sensor's messages, and functions that convert them to columns."""
 
     needs: tuple[str, ...]
     columns: Callable[[Message], _Columns]
@@ -185,14 +185,14 @@ _SENSORS: Final[dict[str, _Sensor]] = {
     "XKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
     "NKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
 }
-"""Messages of sensors and attitudes, the best of each kind first."""
+"""Messages of sensors and attitudes; of each kind, the best comes first."""
 _RANKS: Final = {name: rank for rank, name in enumerate(_SENSORS)}
 _ESTIMATES: Final = ("ATT", "XKF1", "NKF1")
-"""Attitudes that a recording has as references: the autopilot's own estimates."""
+"""Attitudes used as references of a recording: the autopilot's own estimates."""
 
 
 def _kind(name: str) -> str:
-    """Return the kind of sensor of messages: IMU2 and IMU3 are as IMU."""
+    """Return the kind of sensor of messages; IMU2 and IMU3 count as IMU."""
     return name[:3] if _NUMBERED_KIND.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
 
 
@@ -201,7 +201,7 @@ def _rank(name: str) -> int:
 
 
 def _vector(message: Message, field: str, name: str, default: float = 1.0) -> _Columns:
-    """Return the axes of messages, times their factor or that of their firmware."""
+    """Return three axes of messages, scaled by the stated factor or the firmware's factor."""
     columns: _Columns = {}
     for axis in _AXES:
         key = f"{field}{axis.upper()}"
@@ -220,7 +220,7 @@ def _rename(message: Message, names: Mapping[str, str]) -> _Columns:
 
 
 def _make_table(name: str, message: Message, meta: Metadata) -> Table:
-    """Return a table: of a sensor in SI units by our names, of anything else as it is."""
+    """Return a table; sensors have SI units and zerorate's names, other messages are unchanged."""
     sensor = _SENSORS.get(_kind(message.name))
     is_known = sensor is not None and all(key in message for key in sensor.needs)
     time = _find_time(message)
@@ -256,7 +256,7 @@ def _all_columns(message: Message) -> _Columns:
 
 
 def _find_time(message: Message) -> str | None:
-    """Return the field with the times: those of the samples, if a driver gives them."""
+    """Return the field with the times: times of samples if the driver provides them."""
     present = [name for name in _TIME_FIELDS if name in message]
     if present[:1] == ["SampleUS"] and not message["SampleUS"].all():
         present = present[1:]
@@ -270,13 +270,13 @@ def _stamps(message: Message, name: str) -> Column:
 _BATCH_HEAD_FIELDS: Final = ("N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate")
 _BATCH_DATA_FIELDS: Final = ("N", "seqno", "x", "y", "z")
 _BATCH_KINDS: Final = {0: ("accel", "accel_{}_mps2"), 1: ("gyro", "gyro_{}_radps")}
-"""Sensors of batches, by their number, and the names of their columns."""
+"""Sensors of batches by number, and the names of their columns."""
 _SAMPLES_PER_MESSAGE: Final = 32
 """Samples in a message of a batch."""
 
 
 def _make_batches(log: DataFlash, meta: Metadata) -> dict[str, Table]:
-    """Return the batches of fast samples of each sensor, which are short and far apart."""
+    """Return the batches of fast samples of each sensor; they are short and far apart."""
     head, data = log.messages.get("ISBH"), log.messages.get("ISBD")
     if head is None or data is None or not head.rows or not data.rows:
         return {}
@@ -297,7 +297,7 @@ def _make_batches(log: DataFlash, meta: Metadata) -> dict[str, Table]:
 
 
 class _Batches(NamedTuple):
-    """The batches of one sensor: their heads, and their samples, some in a message."""
+    """Batches of one sensor: headers, and messages with several samples each."""
 
     head: Message
     data: Message
@@ -323,9 +323,9 @@ class _Batches(NamedTuple):
         ]
 
     def _match_messages(self) -> tuple[Integers, Integers]:
-        """Return the messages of samples, (k,), in the order of time, and the head of each.
+        """Return the messages with samples in order of time, (k,), and the header of each.
 
-        Numbers of batches begin again after the last; then that of the same turn is meant.
+        The numbers of batches wrap; a message belongs to the header of the same round.
         """
         numbers, own = self.data["N"].astype(np.int64), self.head["N"].astype(np.int64)
         seqno = self.data["seqno"].astype(np.int64)
@@ -355,7 +355,7 @@ class _Batches(NamedTuple):
 
 
 def _choose_sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple[str, ...]:
-    """Return the tables that make a recording, each sensor once."""
+    """Return the tables for a recording, with each sensor once."""
 
     def of(*kinds: str) -> list[str]:
         return [n for n in tables if _kind(parts[n].name) in kinds and tables[n].meta.axes]
@@ -366,7 +366,7 @@ def _choose_sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -
 
 
 def _note_fast_topics(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
-    """Return the tables, of which the first gyro's says where faster samples are."""
+    """Return the tables; the first gyro's table gets a note on faster samples."""
     first_gyro = next((name for name in sensors if has_gyro(tables[name])), None)
     fast_topics = [
         n
@@ -385,7 +385,7 @@ def _note_fast_topics(tables: dict[str, Table], sensors: Sequence[str]) -> dict[
 
 
 def _find_calibration(log: DataFlash) -> dict[str, float] | None:
-    """Return the parameters with the autopilot's calibration of its sensors, the last of each."""
+    """Return the last value of each parameter of the autopilot's calibration."""
     message = log.messages.get("PARM")
     if message is None or "Name" not in message or "Value" not in message:
         return None

@@ -1,4 +1,4 @@
-"""Arrays by name, or a single one, as a table: for NumPy files, HDF5, MAT and dicts."""
+"""Tables from arrays by name or a single array: NumPy files, HDF5, MAT files and dicts."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _RATE_NAMES = (
     *("sampling_rate", "samplingRate", "SamplingRate", "sample_rate", "sampleRate", "SampleRate"),
     *("samplerate", "sampling_frequency", "sample_frequency", "fs", "Fs", "FS", "f_s"),
 )
-"""Names that others give the rate; a single number under such a name is one."""
+"""Names for the sampling rate; a single number with such a name is a rate."""
 SCALAR_NAMES = ("rate", "unit", "names", "sensor", *_RATE_NAMES)
 _MAX_WIDTH = 64
 
 
 def from_array(array: LazyArray) -> Table:
-    """Return the table of one array: of one or two dimensions, or structured."""
+    """Return the table of one array: with one or two dimensions, or structured."""
     if array.dtype.names is not None:
         _check_rows(array)
         rows = array.read()
@@ -37,9 +37,8 @@ def from_array(array: LazyArray) -> Table:
 
 
 def from_arrays(arrays: Mapping[str, LazyArray]) -> Table:
-    """Return the table of arrays by name, its rate, unit, names and sensor among them."""
-    # An array of them distinguishes the rows of several sensors; a column may be called like a
-    # rate.
+    """Return the table of arrays by name, with rate, unit, names and sensor among them."""
+    # An array with such a name distinguishes the rows of several sensors, or is a column.
     rows = {n for n, array in arrays.items() if n == "sensor" and math.prod(array.shape) > 1}
     rows |= {n for n, array in arrays.items() if n in _RATE_NAMES and not _is_number(array)}
     meta = find_metadata({n: array for n, array in arrays.items() if n not in rows})
@@ -50,7 +49,7 @@ def from_arrays(arrays: Mapping[str, LazyArray]) -> Table:
 
 
 def strip_common_folder(arrays: Mapping[str, LazyArray]) -> dict[str, LazyArray]:
-    """Return ``imu/gyro_x``, ``imu/rate`` as ``gyro_x``, ``rate`` where all are in one folder."""
+    """Return ``imu/gyro_x``, ``imu/rate`` as ``gyro_x``, ``rate`` if the folder is the only one."""
     folders = {name.partition("/")[0] if "/" in name else "" for name in arrays}
     if len(folders) != 1 or "" in folders:
         return dict(arrays)
@@ -101,7 +100,7 @@ def _make_data_table(arrays: Mapping[str, LazyArray], meta: Metadata) -> Table:
 
 
 def _find_times(arrays: Mapping[str, LazyArray]) -> list[str]:
-    """Return the arrays of timestamps; one whose name may mean something else has to be long."""
+    """Return the arrays of timestamps; an array with an ambiguous name must be long."""
     known = [name for name in arrays if looks_like_time(name)]
     return known or [
         name for name in arrays if may_be_time(name) and math.prod(arrays[name].shape) > 1
@@ -131,7 +130,7 @@ def _flatten(arrays: Mapping[str, LazyArray]) -> dict[str, Axis]:
 
 
 def _split_columns(name: str, array: LazyArray) -> dict[str, Axis]:
-    """Return the columns of an array: ``gyro_dps`` (n, 3) is ``gyro_x_dps`` and so on."""
+    """Return the columns of an array: ``gyro_dps`` (n, 3) becomes ``gyro_x_dps`` and so on."""
     if array.ndim == 1 and 0 not in array.shape:
         return {name: Axis(array)}
     if (
@@ -174,7 +173,7 @@ def _raise_length_error(arrays: Sequence[tuple[str, LazyArray]]) -> NoReturn:
 
 
 def find_metadata(arrays: Mapping[str, LazyArray]) -> Metadata:
-    """Return the metadata in the scalars among some arrays."""
+    """Return the metadata in the scalars of some arrays."""
     rate_name = next((name for name in ("rate", *_RATE_NAMES) if name in arrays), "rate")
     rate = _find_scalar(arrays, rate_name, "fiu")
     unit = _find_scalar(arrays, "unit", "U")

@@ -1,4 +1,4 @@
-"""Arrow: schemas, columns and metadata of its tables, and IPC files and streams."""
+"""Arrow: schemas, columns and metadata of tables; IPC files and streams."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from zerorate.record.log import LogError
 from zerorate.texts import describe_missing_extra
 
 _MAX_ROWS_AT_ONCE: Final = 1 << 18
-"""Rows of a column that Arrow has in memory, where it may hold less than all."""
+"""Largest number of rows of a column in Arrow's memory."""
 
-# Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
+# Any, because the stubs of pyarrow come from another package and are incomplete.
 _Schema = Any
 _Chunks = Any
 
@@ -39,7 +39,7 @@ def import_pyarrow(what: str) -> Any:  # noqa: ANN401
 
 
 def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunks]]) -> Table:
-    """Return the table of a schema; ``read`` gives the columns at some indices."""
+    """Return the table of a schema; ``read`` returns the columns with some indices."""
     if len(schema) == 0:
         raise LogError("there are no columns")
 
@@ -59,14 +59,14 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
 
 
 def _of_levels(name: str) -> str:
-    """Return the name of a column of several levels, as pandas writes it, with bars between."""
+    """Return the name of a pandas column with several levels, joined by slashes."""
     if not re.fullmatch(r"\('.*'\)", name):
         return name
     return "/".join(re.findall(r"'([^']*)'", name))
 
 
 def _index_of_pandas(schema: _Schema) -> int | None:
-    """Return the column that was the index of times of a frame of pandas, None if there is none."""
+    """Return the column that was the time index of a pandas frame; None if there is none."""
     try:
         listed = json.loads((schema.metadata or {}).get(b"pandas", b"{}"))["index_columns"]
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -86,9 +86,9 @@ def add_pieces(
     read: Callable[[Sequence[int], int], Iterator[Sequence[_Chunks]]],
     check: Callable[[Sequence[int]], None],
 ) -> Table:
-    """Return the table of so many rows, which ``read`` also gives piece by piece.
+    """Return the table with `rows` rows, which ``read`` can also return in pieces.
 
-    ``check`` refuses columns that are far too many bytes to be loaded.
+    ``check`` raises an error for columns that are too large to load.
     """
 
     def pieces(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
@@ -101,7 +101,7 @@ def add_pieces(
             return table.load(wanted)
         _check_types(schema, wanted)
         check(wanted)
-        # Arrow keeps the memory that it has had: a long log would be there twice.
+        # Arrow does not release its memory: a long log would need twice the memory.
         return [
             _join_parts((_to_numpy(part) for (part,) in read([i], _MAX_ROWS_AT_ONCE)), rows)
             for i in wanted
@@ -111,14 +111,14 @@ def add_pieces(
 
 
 def _join_parts(parts: Iterator[Column], rows: int) -> Column:
-    """Return a column of so many rows by its parts, of which one with nulls may be of doubles."""
+    """Return a column of `rows` rows from its parts; a part with nulls may have doubles."""
     whole, row_count = np.empty(0), 0
     for part in parts:
         if row_count == 0:
             whole = np.empty(rows, part.dtype)
         elif part.dtype != whole.dtype:
             whole = whole.astype(np.result_type(whole, part))
-        if row_count + len(part) > len(whole):  # more than the file says; others refuse it
+        if row_count + len(part) > len(whole):  # more rows than the file states
             return np.concatenate([whole[:row_count], part])
         whole[row_count : row_count + len(part)] = part
         row_count += len(part)
@@ -158,7 +158,7 @@ def _to_numpy(column: _Chunks) -> Column:
     chunks = getattr(column, "chunks", [column])
     plain = pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
     if plain and chunks and not column.null_count:
-        # `to_numpy` would import pandas where that is installed, which takes longer than the rest.
+        # `to_numpy` would import an installed pandas, which takes longer than all else.
         parts = [np.from_dlpack(chunk) for chunk in chunks]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
     if pa.types.is_boolean(column.type):
@@ -168,12 +168,12 @@ def _to_numpy(column: _Chunks) -> Column:
 
 
 def to_arrow(column: Column) -> _Chunks:
-    """Return an array of doubles or flags for Arrow, doubles without a copy."""
+    """Return an array of doubles or flags for Arrow; doubles are not copied."""
     pa = import_pyarrow("Arrow")
     if column.dtype == np.bool_:
         bits = pa.py_buffer(np.packbits(column, bitorder="little"))
         return pa.Array.from_buffers(pa.bool_(), len(column), [None, bits])
-    # `pa.array` would import pandas, as above.
+    # `pa.array` would import pandas.
     doubles = pa.py_buffer(np.ascontiguousarray(column, dtype=np.float64))
     return pa.Array.from_buffers(pa.float64(), len(column), [None, doubles])
 
@@ -213,13 +213,13 @@ _FILE_MARK = b"ARROW1"
 
 
 def read(path: Path) -> Content:
-    """Return the table in an Arrow IPC file or stream, of which Feather is one name."""
+    """Return the table in an Arrow IPC file or stream, also called Feather."""
 
     def load(wanted: Sequence[int]) -> list[Any]:
         fields = sorted(wanted)
         with _open_reader(path, fields) as reader:
             columns = _read_batches(path, reader)
-        # Else a buffer that is shorter than its column says is read beyond its end.
+        # Without it, a buffer shorter than stated would be read beyond its end.
         columns.validate()
         return [columns.column(fields.index(index)) for index in wanted]
 
@@ -229,7 +229,7 @@ def read(path: Path) -> Content:
 
 
 def _read_batches(path: Path, reader: Any) -> Any:  # noqa: ANN401
-    """Return all batches as a table, as long as they keep to the bytes of a file of its size."""
+    """Return all batches as a table; LogError if they are too large for the size of the file."""
     count = getattr(reader, "num_record_batches", None)
     source = reader if count is None else map(reader.get_batch, range(count))
     batches, byte_count = [], 0

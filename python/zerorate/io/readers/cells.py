@@ -1,7 +1,7 @@
 """Cells of text tables: splitting of lines, and detection of numbers.
 
-A cell never spans lines. Quotes belong to the table only where they enclose a whole cell; in a line
-in which some do not, all are ordinary characters.
+A cell never spans lines. Quotes are syntax only if they enclose a whole cell. If any quote in a
+line does not, all quotes in this line are ordinary characters.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _DECIMAL: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(
     rf"[+-]?(?:{_DECIMAL}|inf(?:inity)?|nan(?:\([a-z0-9_]*\))?)", re.ASCII | re.IGNORECASE
 )
-"""Numbers of C in base ten; Python's own takes ``1_000`` and digits of any script."""
+"""Decimal numbers as in C; Python's own also accept ``1_000`` and digits of all scripts."""
 
 _WHOLE: Final = re.compile(r"[+-]?[0-9]{1,19}", re.ASCII)
 
@@ -27,27 +27,27 @@ _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
 def make_inert(text: str) -> str:
-    """Return a text as a cell that no spreadsheet reads as a formula, by an apostrophe before it.
+    """Return a text as a cell that no spreadsheet reads as a formula; an apostrophe is prepended.
 
-    The characters are those that OWASP names under "CSV Injection".
+    The characters are listed by OWASP under "CSV Injection".
     """
     return f"'{text}" if _FORMULA.match(text) else text
 
 
 def undo_inert(cell: str) -> str:
-    """Return the text that `make_inert` made a cell of."""
+    """Return the original text of a cell from `make_inert`."""
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def split_cells(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line; a delimiter of None stands for any run of blanks."""
+    """Return the cells of a line; with the delimiter None, any run of blanks separates them."""
     line = line.rstrip("\r\n")
     cells = _unquote(line, delimiter) if '"' in line else None
     return [cell.strip() for cell in (line.split(delimiter) if cells is None else cells)]
 
 
 def has_stray_quotes(line: str, delimiter: str | None) -> bool:
-    """Return True if a line has a quote that does not belong to a pair around a whole cell."""
+    """Return True if a line has a quote outside a pair around a whole cell."""
     return '"' in line and _unquote(line.rstrip("\r\n"), delimiter) is None
 
 
@@ -63,34 +63,34 @@ def _unquote(line: str, delimiter: str | None) -> list[str] | None:
 
 
 def is_comment(line: str) -> bool:
-    """Return True if a line is a remark."""
+    """Return True if a line is a comment."""
     return line.lstrip(" \t").startswith(("#", "%", "//"))
 
 
 def is_blank(line: str, delimiter: str | None) -> bool:
-    """Return True if a line holds no cells, rather than empty ones between tabs."""
+    """Return True if a line has no cells; empty cells between tabs count as cells."""
     return not (line.strip(" \r\n") if delimiter == "\t" else line.strip())
 
 
 def is_number(cell: str, decimal_comma: bool) -> bool:
-    """Return True if a cell is written as a number."""
+    """Return True if a cell contains a number."""
     return _NUMBER.fullmatch(_to_decimal_point(cell, decimal_comma)) is not None
 
 
 def parse_whole(cell: str) -> int | None:
-    """Return the whole number in a cell, None if it is something else or longer than 64 bits."""
+    """Return the integer in a cell; None for other texts, and for more than 64 bits."""
     text = cell.strip()
     return int(text) if _WHOLE.fullmatch(text) else None
 
 
 def parse_number(cell: str, decimal_comma: bool) -> float:
-    """Return the number in a cell, NaN where it is missing.
+    """Return the number in a cell, NaN if it is missing.
 
     Raises
     ------
     ValueError
-        If it holds none, or one that a double cannot hold; the message is the end of a sentence
-        that begins with the cell.
+        If the cell has no number, or a number too large for a double. The message continues a
+        sentence that begins with the cell.
     """
     text = cell.strip()
     if text in MISSING:
@@ -105,7 +105,7 @@ def parse_number(cell: str, decimal_comma: bool) -> float:
 
 
 def _to_decimal_point(text: str, decimal_comma: bool) -> str:
-    # Swapped, for a point in a table of decimal commas is no decimal point.
+    # Comma and point are swapped, so that a decimal point raises an error.
     return text.translate(_SWAP_COMMAS) if decimal_comma else text
 
 

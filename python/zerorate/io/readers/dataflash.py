@@ -1,8 +1,8 @@
-"""DataFlash, the format of ArduPilot's logs, binary or text: messages that describe themselves.
+"""DataFlash, the self-describing format of ArduPilot's logs, binary or text.
 
-A message ``FMT`` declares each kind of messages, its fields by a letter each; ``FMTU``, ``UNIT``
-and ``MULT`` add their units, where the firmware is newer. The binary form is walked once, in Rust,
-and a field of all rows is extracted on request. See
+A message ``FMT`` declares each kind of message, with one letter per field. In newer firmware,
+``FMTU``, ``UNIT`` and ``MULT`` add units. A binary log is scanned once, in Rust; then a field of
+all rows is read on request. See
 https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html.
 """
 
@@ -48,22 +48,22 @@ _DTYPES: Final = {
     "N": "S16",
     "Z": "S64",
 }
-"""Types of the letters of fields, as NumPy spells them."""
+"""NumPy types for the letters of fields."""
 _SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _DTYPES.items()} | {"a": 64}
 _DIVISORS: Final = {"c": 1e2, "C": 1e2, "e": 1e2, "E": 1e2, "L": 1e7}
-"""Divisors of integers of some letters."""
+"""Divisors of integers for some letters."""
 _NON_NUMBER_LETTERS: Final = "anNZ"
 _WORD_LETTERS: Final = _NON_NUMBER_LETTERS + "M"
-"""Those that are words in a text."""
+"""Letters of fields that are words in a text log."""
 _NUMBER_BYTES: Final = b"0123456789+-.eE, \tnaifNAIF\r"
 
 
 @dataclass(frozen=True)
 class Message:
-    """Rows of one kind of messages, each field read on request.
+    """Rows of one kind of message; each field is read on request.
 
-    ``letters`` has one of each name in ``names``. ``multipliers`` make values of some fields ones
-    of a unit without prefix, where the log says so: 1e-3 for milligauss.
+    ``letters`` has one letter per name in ``names``. ``multipliers`` convert fields to units
+    without prefix, if the log states them: 1e-3 for milligauss.
     """
 
     name: str
@@ -75,19 +75,19 @@ class Message:
     selected_rows: Integers | None = None
 
     def __contains__(self, name: object) -> bool:
-        """Return True if there is a field of a name."""
+        """Return True if there is a field with this name."""
         return name in self.names
 
     def __getitem__(self, name: str) -> Column:
-        """Return a field of all rows, shape (n,), as its letter says."""
+        """Return a field of all rows, shape (n,), with the type of its letter."""
         return self.read([self.names.index(name)], self.selected_rows)[0]
 
     def select_rows(self, rows: Integers) -> Message:
-        """Return some of the rows."""
+        """Return the message with some of its rows."""
         return replace(self, rows=len(rows), selected_rows=rows)
 
     def load_numbers(self) -> Message:
-        """Return the same with all numbers in memory."""
+        """Return the message with all numbers in memory."""
         indices = [self.names.index(name) for name in self.numbers()]
         columns = dict(zip(indices, self.read(indices, self.selected_rows), strict=True))
 
@@ -97,17 +97,17 @@ class Message:
         return replace(self, read=read)
 
     def numbers(self) -> tuple[str, ...]:
-        """Return the names of the fields that are numbers."""
+        """Return the names of the numeric fields."""
         pairs = zip(self.names, self.letters, strict=True)
         return tuple(name for name, letter in pairs if letter not in _NON_NUMBER_LETTERS)
 
 
 @dataclass
 class DataFlash:
-    """Messages of a log by name, and its unreadable parts.
+    """Messages of a log by name, and the amount of unreadable data.
 
-    ``lost_count`` and ``cut_count`` are damaged bytes, and those of a message that the log ends
-    within; for a text they are lines, as ``counted_unit`` says.
+    ``lost_count`` counts damaged bytes, ``cut_count`` the bytes of an incomplete last message. For
+    a text log both count lines, as ``counted_unit`` states.
     """
 
     messages: dict[str, Message] = field(default_factory=dict)
@@ -117,7 +117,7 @@ class DataFlash:
     counted_unit: str = "bytes"
 
     def add(self, message: Message, length: int) -> None:
-        """Add messages of some length; of two declarations of a name the one of more rows stays."""
+        """Add messages of a given length; the larger of two declarations with one name is kept."""
         before = self.messages.get(message.name)
         if before is None or before.rows < message.rows:
             self.messages[message.name] = message
@@ -127,7 +127,7 @@ class DataFlash:
 
 
 def parse_binary(path: Path) -> DataFlash:
-    """Return the messages of a binary log, whose file is mapped, not held in memory."""
+    """Return the messages of a binary log; the file is mapped, not loaded."""
     raw = _map_file(path)
     kinds, lost, cut = dataflash_index(raw)
     log = DataFlash(lost_count=lost, cut_count=cut, size=len(raw))
@@ -150,7 +150,7 @@ def _map_file(path: Path) -> Column:
 def _make_message(
     path: Path, name: bytes, letters: bytes, columns: bytes, places: Column
 ) -> Message | None:
-    """Return the messages of a declaration; None for letters that are not known."""
+    """Return the messages of a declaration; None if a letter is unknown."""
     names = tuple(_decode_ascii(columns).split(","))
     kinds = _decode_ascii(letters)
     if len(set(names)) < len(names) or len(names) != len(kinds) or not set(kinds) <= set(_DTYPES):
@@ -160,7 +160,7 @@ def _make_message(
 
     def read(wanted: Sequence[int], chosen: Integers | None) -> list[Column]:
         starts = places if chosen is None else places[chosen]
-        # Of several fields the whole messages are taken out, at once.
+        # For several fields, whole messages are copied at once.
         is_single = len(wanted) == 1
         size = sizes[wanted[0]] if is_single else int(offsets[-1])
         windows = sliding_window_view(_map_file(path), size)
@@ -191,7 +191,7 @@ def _decode_ascii(raw: bytes) -> str:
 
 
 def parse_text(path: Path) -> DataFlash:
-    """Return the messages of a text log, a line each: ``IMU, 1000, 0.1, ...``."""
+    """Return the messages of a text log with lines such as ``IMU, 1000, 0.1, ...``."""
     raw = path.read_bytes()
     rows: dict[bytes, list[bytes]] = {}
     for line in raw.splitlines():
@@ -204,12 +204,12 @@ def parse_text(path: Path) -> DataFlash:
         log.lost_count += len(lines) - sound
         if message is not None:
             log.add(message, 1)
-    log.lost_count += sum(map(len, rows.values()))  # of no declaration
+    log.lost_count += sum(map(len, rows.values()))  # lines without a declaration
     return log
 
 
 def _parse_declarations(lines: list[bytes]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    """Yield name, letters and names of fields of each kind of messages, as last declared."""
+    """Yield name, letters and fields of each kind of message; the last declaration is used."""
     declared = {}
     for line in lines:
         _, _, name, letters, *names = (*map(str.strip, _decode_ascii(line).split(",")), "", "", "")
@@ -223,7 +223,7 @@ def _parse_declarations(lines: list[bytes]) -> Iterator[tuple[str, str, tuple[st
 def _parse_lines(
     name: str, letters: str, names: tuple[str, ...], lines: list[bytes]
 ) -> tuple[Message | None, int]:
-    """Return the messages in lines, and how many of these are sound."""
+    """Return the messages in lines, and the number of valid lines."""
     commas = len(names) - 1
     if not set(letters) & set(_WORD_LETTERS):
         sound = [line for line in lines if _is_sound(line, commas)]
@@ -253,7 +253,7 @@ def _is_sound(line: bytes, commas: int) -> bool:
 
 
 def _add_multipliers(log: DataFlash, numbers: Mapping[int, str]) -> None:
-    """Set the factors of the messages' fields, as far as the log states them."""
+    """Set the factors of the messages' fields that the log states."""
     factor_message, unit_message = log.messages.get("MULT"), log.messages.get("FMTU")
     if factor_message is None or unit_message is None:
         return
@@ -262,7 +262,7 @@ def _add_multipliers(log: DataFlash, numbers: Mapping[int, str]) -> None:
     ):
         return
     pairs = zip(factor_message["Id"].tolist(), factor_message["Mult"].tolist(), strict=True)
-    # Doubles that were floats before.
+    # These doubles were stored as floats.
     factors = {chr(int(key) & 0x7F): float(f"{value:.7g}") for key, value in pairs}
     factors = {key: value for key, value in factors.items() if key not in "-?" and 0 < value < 1e12}
     for number, ids in zip(

@@ -1,6 +1,6 @@
-"""Numbers that are written otherwise, rewritten as plain ones: 1,234.5 and 1.0D-03 and 0x1F4A.
+"""Conversion of foreign notations of numbers: 1,234.5 and 1.0D-03 and 0x1F4A.
 
-What a text holds is decided by cells that can mean nothing else; a note says so.
+Unambiguous cells determine the notation of a text, and a note states it.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ from typing import Final
 _FORTRAN: Final = re.compile(rb"((?<![\w.])[+-]?[0-9]*\.[0-9]*)[dD](?=[+-]?[0-9]{1,3}(?![\w.]))")
 _HEXADECIMAL: Final = re.compile(rb"(?<![\w.])0[xX]([0-9A-Fa-f]{1,8})(?![\w.])")
 _SIGNED_DIGITS: Final = (4, 8)
-"""Digits of numbers of 16 and 32 bits, whose highest bit is their sign."""
+"""Digits of hexadecimal numbers with 16 or 32 bits, which have a sign."""
 _POINTS: Final = {b",": b"[.]", b".": b"[,]"}
-"""Marks between thousands that may be those of decimals, each with the other one."""
+"""Thousands separators that can also be decimal points; each with its counterpart."""
 _SPACES: Final = dict.fromkeys([m.encode() for m in ("'", "\u2019", "\u202f", "\u00a0")], b"[.,]")
-"""Marks between thousands that are nothing else."""
+"""Thousands separators that have no other meaning."""
 _DELIMITERS: Final = (b";", b"\t", b"|")
 _QUOTED: Final = re.compile(rb'"([+-]?[0-9][0-9,]*(?:\.[0-9]*)?)"')
 _COMMA_IN_QUOTES: Final = re.compile(rb'"[+-]?[0-9]+,[0-9.,]+"')
 _QUOTED_THOUSANDS: Final = re.compile(rb"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]*)?")
 _QUOTED_DECIMALS: Final = re.compile(rb"[+-]?[0-9]+,[0-9]+")
 _LINES: Final = 40
-"""Lines that show how numbers are written."""
+"""Number of lines tested for the notation."""
 
 
 def plain_numbers(raw: bytes) -> tuple[bytes, list[str]]:
-    """Return a text with plain numbers, and notes on what was rewritten; lines stay in place."""
+    """Return a text with plain numbers, and notes on the changes; the lines stay the same."""
     notes: list[str] = []
     for rewrite in (_fortran, _hexadecimal, _thousands):
         raw, note = rewrite(raw)
@@ -35,7 +35,7 @@ def plain_numbers(raw: bytes) -> tuple[bytes, list[str]]:
 
 
 def _head(raw: bytes) -> bytes:
-    """Return the first lines, of which the last ones are rows."""
+    """Return the first lines; the last of them are rows."""
     return b"\n".join(raw[: 1 << 16].splitlines()[:_LINES])
 
 
@@ -48,7 +48,7 @@ def _fortran(raw: bytes) -> tuple[bytes, str]:
 def _hexadecimal(raw: bytes) -> tuple[bytes, str]:
     lines = _head(raw).splitlines()
     found = [_HEXADECIMAL.findall(line) for line in lines]
-    # The address of a device is the same in all rows.
+    # A device's address is the same in all rows; samples change.
     if 2 * sum(map(bool, found)) < max(len(lines), 2) or len(set(map(tuple, found))) < 3:
         return raw, ""
     note = "hexadecimal cells are read as whole numbers, those of 4 and 8 digits with a sign"
@@ -61,7 +61,7 @@ def _whole(digits: bytes) -> int:
 
 
 def _thousands(raw: bytes) -> tuple[bytes, str]:
-    """Return a text without marks between thousands, where it is sure that they are such."""
+    """Return a text without thousands separators, if they are unambiguous."""
     lines = _head(raw).splitlines() or [b""]
     delimiter = next((mark for mark in _DELIMITERS if mark in lines[-1]), None)
     if delimiter is None:
@@ -82,7 +82,7 @@ def _thousands(raw: bytes) -> tuple[bytes, str]:
 
 
 def _quoted_commas(raw: bytes) -> tuple[bytes, str]:
-    """Return a text in which quoted numbers with commas are plain, where it is sure how."""
+    """Return a text with quoted numbers with commas made plain, if they are unambiguous."""
     if not _COMMA_IN_QUOTES.search(raw):
         return raw, ""
     cells = [found[1] for found in _QUOTED.finditer(raw) if b"," in found[1]]

@@ -1,4 +1,4 @@
-"""HDF5 files: data sets by their path, with rate and unit in data sets or attributes."""
+"""HDF5 files: data sets by path; rate and unit in data sets or attributes."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def read(path: Path) -> Content:
 
 
 def read_matlab_hdf5(path: Path) -> Content:
-    """Return the content of a MAT file of version 7.3, which is HDF5."""
+    """Return the content of a MAT file of version 7.3, which has the format HDF5."""
     return _read_content(path, "a MAT file", matlab=True)
 
 
 def _read_content(path: Path, called: str, matlab: bool) -> Content:
-    """Return the content of a file whose library reads it in a process of its own.
+    """Return the content of a file, read by its library in a separate process.
 
-    On some damaged files it would never come back.
+    With some damaged files the library never returns.
     """
     if find_spec("h5py") is None:
         raise ImportError(describe_missing_extra("h5py", "hdf5", called))
@@ -42,7 +42,7 @@ def _read_content(path: Path, called: str, matlab: bool) -> Content:
 
 
 def _entry_name(entry: dict[str, Any]) -> str:
-    """Return the name of an entry, with the suffix of the unit of an attribute."""
+    """Return the name of an entry, with a suffix for the unit in its attribute."""
     unit = entry.get("unit")
     return (
         entry["name"] if unit is None else add_unit_suffix(entry["name"], canonical_spelling(unit))
@@ -52,7 +52,7 @@ def _entry_name(entry: dict[str, Any]) -> str:
 def _make_array(
     path: Path, entry: dict[str, Any], read: Iterator[Column], matlab: bool
 ) -> LazyArray:
-    """Return an entry of the listing: one that was read, or one to read on request."""
+    """Return an entry of the listing as an array, already read or to be read on request."""
     if entry["key"] is None:
         return LazyArray.of(next(read))
 
@@ -66,5 +66,5 @@ def _make_array(
 
 
 def _transpose(array: LazyArray) -> LazyArray:
-    # MATLAB writes its columns as rows.
+    # MATLAB stores its columns as rows.
     return LazyArray(array.shape[::-1], array.dtype, lambda: array.read().T)

@@ -1,8 +1,8 @@
-"""Reading in a process of its own, for libraries that damaged bytes can crash or hold for ever.
+"""Reading in a separate process, for libraries that damaged files can crash or block.
 
-The process is begun with the first file and kept for the next ones, but not behind a damaged one,
-which may have spoilt its memory. It may compute and take memory as the size of a file allows;
-beyond, it ends and the file is refused.
+The process starts with the first file and is used again. It is replaced after a damaged file, which
+may have corrupted its memory. Computing time and memory are limited by the size of the file; beyond
+the limit, the process ends and reading raises an error.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from zerorate.io.table import Column
 from zerorate.record.log import LogError
 
 _PROGRAM: Final = Path(__file__).with_name("isolated_worker.py")
-"""Module that the process runs; it knows the readers, so it is not imported here."""
+"""Module that the process runs; it is not imported here because it needs all readers."""
 _CLOCK_S_PER_CPU_S: Final = 1.0 if sys.platform == "win32" else 10.0
-"""Seconds on the clock for one of computing, which most systems count: they may be busy."""
+"""Limit on elapsed time per second of computing time; a busy system needs more time."""
 _CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))
 
 
 def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
-    """Return the answer of a function of `isolated_worker` on a file, and its arrays.
+    """Return the result of a function in `isolated_worker` for a file, and its arrays.
 
     Raises
     ------
     LogError
-        If the function refuses the file in its own words, or no process can be begun.
+        If the function raises a LogError itself, or no process can be started.
     ValueError, OSError, MemoryError
-        If the file is damaged, or cannot be read within the limits.
+        If the file is damaged, or exceeds the limits.
     """
     seconds = max_seconds(path)
     request = {
@@ -59,14 +59,14 @@ def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Colu
 
 
 class _WorkerProcess:
-    """The process that is kept."""
+    """The process that is used again."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
 
     def answer(self, request: bytes, seconds: float) -> tuple[dict[str, Any], list[Column]]:
-        """Send a request and return its answer; ValueError if the process does not survive it."""
+        """Send a request and return the answer; ValueError if it ends the process."""
         process, new = self._get_process()
         try:
             with _kill_after(process, seconds * _CLOCK_S_PER_CPU_S) as late:
@@ -75,7 +75,7 @@ class _WorkerProcess:
             code = process.wait()
             self.end()
         except BaseException:
-            self.end()  # in the midst of an answer
+            self.end()  # the answer is incomplete
             raise
         else:
             if answer.pop("harmed", False):
@@ -85,12 +85,12 @@ class _WorkerProcess:
             raise ValueError(
                 f"reading it would take more than {seconds:.0f} s, as in no sound file"
             )
-        if not new:  # an earlier file may have done the harm
+        if not new:  # an earlier file may be the cause
             return self.answer(request, seconds)
         raise ValueError(f"it ended the process that read it, with code {code}")
 
     def _get_process(self) -> tuple[subprocess.Popen[bytes], bool]:
-        """Return the process, and True if it is a new one."""
+        """Return the process, and True if it is new."""
         if self._process is not None and self._process.poll() is None:
             return self._process, False
         self.end()
@@ -98,7 +98,7 @@ class _WorkerProcess:
         return self._process, True
 
     def end(self) -> None:
-        """End the process, if there is one."""
+        """End the process if there is one."""
         process, self._process = self._process, None
         if process is not None:
             process.kill()
@@ -106,17 +106,17 @@ class _WorkerProcess:
             _close(process)
 
     def abandon(self) -> None:
-        """Leave the process to the parent, in a process that was forked."""
+        """Forget the process in a forked process; it belongs to the parent."""
         self.lock = threading.Lock()
         process, self._process = self._process, None
         if process is not None:
-            process.returncode = 0  # it is none of ours to wait for
+            process.returncode = 0  # the parent waits for it
             _close(process)
 
 
 @contextlib.contextmanager
 def _kill_after(process: subprocess.Popen[bytes], seconds: float) -> Iterator[threading.Event]:
-    """Kill a process that is not done in time; the event says so."""
+    """Kill a process after a time limit; the yielded event is then set."""
     late = threading.Event()
 
     def stop() -> None:

@@ -1,8 +1,8 @@
-"""The program that reads HDF5, MAT files, bags and videos in a process of its own, within limits.
+"""Program that reads HDF5, MAT files, bags and videos in a separate process, within limits.
 
-It takes requests as lines of JSON: the name of a function here, its arguments, and the seconds of
-computing and bytes of memory that it may take. An answer is a line of JSON, then the bytes of the
-arrays that it lists. It imports nothing of the package before it needs it.
+A request is a line of JSON: the name of a function in this module, its arguments, and the limits of
+computing time (s) and memory (bytes). An answer is a line of JSON and the bytes of the arrays
+listed there. Modules of the package are imported only when needed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import IO, Any, Final
 
 import numpy as np
 
-if sys.platform != "win32":  # where the parent looks at the clock
+if sys.platform != "win32":  # on Windows the parent limits the time
     import resource
 
 _Array = np.ndarray[Any, Any]
@@ -28,21 +28,21 @@ _Answer = tuple[Any, list[_Array]]
 
 
 class Refused(Exception):
-    """Refusal in a sentence that needs no more words."""
+    """Error with a complete message."""
 
 
 def main(requests: IO[bytes], answers: IO[bytes]) -> None:
-    """Answer requests until there are no more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # which is for the parent, as is its answer to it
+    """Answer requests until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles interrupts
     for line in requests:
         request = json.loads(line)
         work, package, compiled = _FUNCTIONS[request["work"]]
-        importlib.import_module(package)  # before the limits, which are for the file
+        importlib.import_module(package)  # before the limits, which apply only to the file
         _apply_limits(request["seconds"], request["bytes"])
         try:
             result, arrays = work(*request["arguments"])
             answer = {"result": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
-        except Exception as error:  # what damaged bytes raise has no common base
+        except Exception as error:  # damaged bytes can raise any exception
             answer, arrays = _describe_error(error), []
             answer["harmed"] = compiled and not isinstance(error, Refused)
         answers.write(json.dumps(answer).encode() + b"\n")
@@ -59,7 +59,7 @@ def _describe_error(error: Exception) -> dict[str, Any]:
 
 
 def _apply_limits(seconds: float, size: int) -> None:
-    """Allow so much computing and memory from now on; beyond, the system ends this process."""
+    """Set limits of computing time and memory; beyond them, the system ends this process."""
     if sys.platform == "win32":
         return
     used_s = sum(os.times()[:2])
@@ -69,7 +69,7 @@ def _apply_limits(seconds: float, size: int) -> None:
         with open("/proc/self/statm") as file:
             used_bytes = int(file.read().split()[5]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
-        return  # no such limit is kept elsewhere
+        return  # other systems do not enforce the limit
     _set_limit(resource.RLIMIT_DATA, used_bytes + size)
 
 
@@ -80,7 +80,7 @@ def _set_limit(limit: int, value: int) -> None:
 
 
 def mat_arrays(path: str, texts: Collection[str]) -> _Answer:
-    """Return the names of a MAT file's arrays, and these: numbers, or texts by their name."""
+    """Return the names of a MAT file's arrays, and the arrays; `texts` names arrays of texts."""
     from scipy.io import loadmat
 
     arrays: dict[str, _Array] = {}
@@ -103,15 +103,15 @@ def _mat_arrays(name: str, value: _Array, texts: Collection[str]) -> Iterator[tu
 
 
 def _join_cells(value: _Array) -> _Array:
-    """Return a cell array of strings as NumPy's strings."""
+    """Return a cell array of strings as an array of NumPy strings."""
     return np.array(["".join(map(str, np.asarray(c).reshape(-1)[:1])) for c in value.reshape(-1)])
 
 
 def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
-    """Return the contents of an HDF5 file, with its small arrays already read.
+    """Return the contents of an HDF5 file; small arrays are already read.
 
-    Each entry has a name, the key and the field by which `hdf5_values` reads it (None where it is
-    read), shape, type, and a unit where one is stated.
+    Each entry has a name, shape, type, and a unit if stated. `hdf5_values` reads it by its key and
+    field; they are None if the array is already read.
     """
     import h5py
 
@@ -138,7 +138,7 @@ def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
 
 
 def hdf5_values(path: str, key: str, field: str | None, max_bytes: int) -> _Answer:
-    """Return the values of a data set, or of a field of one."""
+    """Return the values of a data set, or of one of its fields."""
     import h5py
 
     with h5py.File(path) as file:
@@ -157,8 +157,8 @@ _Entry = tuple[dict[str, Any], _Array | None]
 def _list_entries(
     key: str | bytes, node: _Node, texts: Collection[str], matlab: bool
 ) -> Iterator[_Entry]:
-    """Yield the entries of a group or data set at a path in the file."""
-    name = str(key)  # one that is no text comes as bytes
+    """Yield the entries of a group or data set with a path in the file."""
+    name = str(key)  # names that are not text are bytes
     if name.startswith("#"):
         return
     if not hasattr(node, "dtype"):
@@ -198,7 +198,7 @@ def _describe_external(name: str) -> str:
 
 
 def _check_written(node: _Node, name: str) -> None:
-    """Refuse a data set that declares more than was ever written: the rest would be zeros."""
+    """Raise an error if a data set is larger than its written data: the rest would be zeros."""
     if node.chunks is None:
         written = node.id.get_storage_size() // node.dtype.itemsize
     else:
@@ -219,7 +219,7 @@ def _read_scalar(node: _Node, matlab: bool) -> _Array:
 
 
 def _to_texts(array: _Array) -> _Array:
-    """Return bytes and Python strings as NumPy's, other arrays as they are."""
+    """Return bytes and Python strings as NumPy strings, other arrays unchanged."""
     if array.dtype.kind not in "OS":
         return array
     flat = array.reshape(-1).tolist()
@@ -228,7 +228,7 @@ def _to_texts(array: _Array) -> _Array:
 
 
 def bag_topics(path: str) -> _Answer:
-    """Return the topics of a ROS recording that hold messages of a sensor."""
+    """Return the topics of a ROS recording with messages of a sensor."""
     from zerorate.io.readers import ros
 
     return ros.list_topics(Path(path)), []
@@ -242,7 +242,7 @@ def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
 
 
 def camera_sensors(path: str) -> _Answer:
-    """Return the contents of a file by telemetry-parser: the camera, its sensors, and the rest."""
+    """Return telemetry-parser's contents of a file: the camera, its sensors, and the rest."""
     from zerorate.io.readers import camera
 
     content = camera.find_sensors(Path(path))
@@ -262,11 +262,11 @@ _FUNCTIONS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
     "bag_columns": (bag_columns, "zerorate.io.readers.ros", False),
     "camera_sensors": (camera_sensors, "zerorate.io.readers.camera", True),
 }
-"""Functions by name, the module that each needs, and a flag if damage may spoil its memory."""
+"""Functions by name, with the necessary module, and a flag if damage may corrupt the memory."""
 
 
 if __name__ == "__main__":
-    # What a library prints must not come between the answers.
+    # Output of a library must not mix with the answers.
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
         main(sys.stdin.buffer, out)

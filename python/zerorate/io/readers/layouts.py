@@ -1,8 +1,8 @@
-"""The layout of a text table, found from its first lines: preamble, header, units, first row.
+"""Layout of a text table from its first lines: preamble, header, units, first row.
 
-A row is a line that holds numbers and has as many cells as most of those do. What stands above the
-first one is its header, one or several lines, maybe with a line of units; what stands above that
-says something of the whole, such as the rate.
+A row is a line with numbers and the number of cells that most such lines have. Above the first row
+is the header, with one or several lines, and optionally a line of units. Above the header, the
+preamble describes the whole file, for example its rate.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ STATED_RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
 _RULE: Final = re.compile(r"[|+:=\-\s]*(?:-{3}|={3})[|+:=\-\s]*$")
-"""A line drawn below names."""
+"""Line drawn below the names."""
 _EMPTY_CELLS: Final = ("", "-")
-"""Texts for no value in a row, and for none in a line of units."""
+"""Texts for a missing value in a row, and for no unit in a line of units."""
 _MAX_HEAD_LINES: Final = 400
-"""Number of lines that show the width of a row."""
+"""Largest number of lines to find the width of a row."""
 _MAX_COMMA_ROWS: Final = 50
-"""Number of rows for the test for a decimal comma."""
+"""Number of rows tested for a decimal comma."""
 
 
 _REMEDY: Final = (
@@ -54,7 +54,7 @@ _REMEDY: Final = (
 
 
 class Line(NamedTuple):
-    """A line of the file, counted from 1, and its offset."""
+    """Line of a file, with its number from 1 and its offset."""
 
     number: int
     offset: int
@@ -62,14 +62,14 @@ class Line(NamedTuple):
 
     @property
     def comment(self) -> bool:
-        """True if the line is a remark."""
+        """True if the line is a comment."""
         return is_comment(self.text)
 
 
 def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layout, Metadata]:
-    """Return the layout and metadata of a text table; LogError if its first lines are none.
+    """Return the layout and metadata of a text table; LogError if the file has none.
 
-    ``names`` are those of the columns where the file has them elsewhere than in a header.
+    ``names`` are the columns' names, if the file states them outside of a header.
     """
     lines = [line for line in _read_head_lines(raw) if line.text and not _RULE.match(line.text)]
     mark = _SEP.fullmatch(lines[0].text) if lines else None
@@ -99,7 +99,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
         column_names, at = _find_header(cells, body, at)
         if column_names is None and all(cell in MISSING or is_value(cell) for cell in cells[at]):
             notes = (_begun(body[at]),)
-        # A space below the names is not what stands among the rows when a device is restarted.
+        # An empty line below the names does not mean a restart of the device.
         header = body[at].text if any(cells[at]) else None
     column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
     layout = Layout(
@@ -117,7 +117,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
 
 
 def _begins_within(cells: list[list[str]]) -> bool:
-    """Return True if a file begins within a row, above the line of names."""
+    """Return True if a file begins in the middle of a row, above the line of names."""
     if len(cells) < 3 or not len(cells[0]) == len(cells[1]) == len(cells[2]):
         return False
     named = not any(is_value(cell) for cell in cells[1]) and all(cells[1])
@@ -129,16 +129,16 @@ def _begun(line: Line) -> str:
 
 
 def first_lines(raw: bytes, count: int) -> list[Line]:
-    """Return the first lines of a file that are neither empty nor a remark."""
+    """Return the first lines of a file that are neither empty nor comments."""
     return [
         *islice((line for line in _read_head_lines(raw) if line.text and not line.comment), count)
     ]
 
 
 def _read_head_lines(raw: bytes) -> Iterator[Line]:
-    """Yield the lines at the beginning of a file, none of them cut."""
+    """Yield complete lines from the beginning of a file."""
     start = len(BOM) if raw.startswith(BOM) else 0
-    # One line more than the head, so that a long line is never cut in the middle.
+    # Read one line more than necessary, so that no line is cut.
     newline = raw.find(b"\n", _HEAD_BYTES)
     stop = len(raw) if newline < 0 else newline + 1
     offset = start
@@ -152,7 +152,7 @@ def _read_head_lines(raw: bytes) -> Iterator[Line]:
 
 
 def _find_sample_row(body: Sequence[Line]) -> Line:
-    """Return a line that is a row rather than one of a preamble."""
+    """Return a line that is a row, not part of a preamble."""
     if len(body) <= 2:
         return body[-1]
     middle = body[len(body) // 2]
@@ -160,7 +160,7 @@ def _find_sample_row(body: Sequence[Line]) -> Line:
 
 
 def delimiter_of(line: str) -> str | None:
-    """Return the delimiter of the cells of a line, None for blanks."""
+    """Return the delimiter of the cells of a line; None for blanks."""
     line = re.sub(r'"[^"]*"', "", line)
     for mark in (";", "\t", ",", "|"):
         if mark in line:
@@ -175,9 +175,9 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
 
 
 def _find_first_row(cells: list[list[str]], decimal_comma: bool) -> int:
-    """Return the index of the first row: the second line where none is plainly one."""
+    """Return the index of the first row; the second line if no line certainly is a row."""
     values = [sum(1 for cell in row if is_value(cell, decimal_comma)) for row in cells]
-    # A line above the rows may have a number in it, but not as many.
+    # A line above the rows may have numbers, but fewer than a row.
     has_value = [2 * count >= max(values[len(values) // 2], 1) and count > 0 for count in values]
     widths = Counter(
         len(row) for row, has_number in zip(cells, has_value, strict=True) if has_number
@@ -194,9 +194,9 @@ def _find_first_row(cells: list[list[str]], decimal_comma: bool) -> int:
 
 
 def _find_first_gappy_row(cells: list[list[str]], at: int, decimal_comma: bool) -> int:
-    """Return the first of the lines above a row that are rows, too: much may be missing in them.
+    """Return the first line above a row that is also a row, with many values missing.
 
-    Lines without any cell are rows between two rows, and a space below a header.
+    Lines without cells count as rows between two rows, and as a space below a header.
     """
     first = at
     for above in reversed(range(at)):
@@ -209,7 +209,7 @@ def _find_first_gappy_row(cells: list[list[str]], at: int, decimal_comma: bool) 
 
 
 def _is_header(row: list[str], following: list[str], decimal_comma: bool) -> bool:
-    """Return True if a line names columns: where it has words, the next has numbers."""
+    """Return True if a line has names: words in columns that have numbers in the next line."""
     return any(
         cell not in MISSING and not is_value(cell, decimal_comma) and is_value(below, decimal_comma)
         for cell, below in zip(row, following, strict=True)
@@ -226,7 +226,7 @@ def _check_has_number(line: Line, cells: list[str], decimal_comma: bool) -> None
 def _find_header(
     cells: list[list[str]], body: Sequence[Line], at: int
 ) -> tuple[tuple[str, ...] | None, int]:
-    """Return the names above the first row, and which line has the last of them."""
+    """Return the names above the first row, and the index of their last line."""
     row = cells[at]
     rows: list[list[str]] = []
     above = at - 1
@@ -253,7 +253,7 @@ def _find_header(
 
 
 def _mark_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[str, ...]:
-    """Return names of which those of a time that no row has are no longer that of one."""
+    """Return the names; time columns that are always empty are renamed."""
     return tuple(
         f"{name} (empty)"
         if looks_like_time(name) and all(len(row) > i and row[i] in MISSING for row in rows)
@@ -263,7 +263,7 @@ def _mark_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[st
 
 
 def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
-    """Return True if a line above a header is a part of it, not of a preamble."""
+    """Return True if a line above a header belongs to the header, not to the preamble."""
     if lines[0].number != lines[1].number - 1 or (any(map(is_value, cells)) and cells[0]):
         return _is_block(cells)
     is_known = any(parse_name(f"{cell} x").kind for cell in cells if cell)
@@ -271,21 +271,21 @@ def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -
 
 
 def _is_padded(cells: list[str]) -> bool:
-    """Return True if a line of a preamble has delimiters behind it, as many as a row."""
+    """Return True if a preamble line is padded with delimiters to the width of a row."""
     return not any(cells[1:]) and not parse_name(f"{cells[0]} x").kind
 
 
 def _is_block(cells: list[str]) -> bool:
-    """Return True if a line names blocks of columns: mostly empty cells, the filled ones apart."""
+    """Return True if a line names blocks of columns: cells separated by empty cells."""
     return 4 * sum(1 for cell in cells if cell) < len(cells)
 
 
 def _fit_width(cells: list[str], row: list[str]) -> list[str] | None:
-    """Return a line of a header with as many cells as a row; None if it has others."""
+    """Return a header line with as many cells as a row; None if it does not fit."""
     if len(cells) == len(row) + 1 and not cells[-1]:
         return cells[:-1]
     if len(cells) == len(row) - 1 and not row[-1]:
-        return [*cells, ""]  # rows that end in a delimiter
+        return [*cells, ""]  # rows that end with a delimiter
     return cells if len(cells) == len(row) else None
 
 
@@ -301,7 +301,7 @@ def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) 
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Return True if a line of a header holds units: in brackets, or known ones."""
+    """Return True if a header line contains units, in brackets or known."""
     filled = [cell for cell in cells if cell]
     bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in filled)
     return bool(filled) and (bracketed or 2 * sum(map(_is_unit, filled)) >= len(filled))
@@ -318,9 +318,9 @@ def _add_unit(name: str, cell: str) -> str:
 
 
 def _merge_names(rows: list[list[str]]) -> list[str]:
-    """Return one line of names from several: a cell above belongs to the cells to its right.
+    """Return one line of names from several; a cell applies to the empty cells to its right.
 
-    Where that leaves names that repeat, the line on top names each repetition.
+    If names repeat after that, the first line distinguishes them.
     """
     *upper, names = rows
     for above in reversed(upper):
@@ -335,13 +335,13 @@ def _merge_names(rows: list[list[str]]) -> list[str]:
 
 
 def _fill_cells(cells: list[str]) -> list[str]:
-    """Return cells with empty ones filled from their left neighbour."""
+    """Return cells with empty cells filled from the left."""
     last = ""
     return [last := cell or last for cell in cells]
 
 
 def _prefix_blocks(names: list[str], above: list[str], begins: list[int]) -> list[str]:
-    """Return names with the last text that stands above their block before them."""
+    """Return names with the name of their block, from the line above, in front."""
     result = list(names)
     for begin, end in zip(begins, [*begins[1:], len(names)], strict=True):
         texts = [cell for cell in above[begin:end] if cell and not is_value(cell)]
@@ -353,7 +353,7 @@ def _prefix_blocks(names: list[str], above: list[str], begins: list[int]) -> lis
 def _find_comment_names(
     lines: Sequence[Line], first: Line, delimiter: str | None, width: int
 ) -> tuple[str, ...] | None:
-    """Return the names in the comment just above the first row, as ROS and NumPy write them."""
+    """Return the names in the comment above the first row, as ROS and NumPy write them."""
     above = [line for line in lines if line.number < first.number]
     if not above:
         return None
@@ -384,7 +384,7 @@ def _find_metadata(lines: Sequence[Line], first: Line) -> Metadata:
 
 
 def _parse_metadata(text: str) -> Metadata:
-    """Return the metadata in a JSON object; LogError if it is none."""
+    """Return the metadata in a JSON object; LogError if the text is no JSON object."""
     try:
         fields = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Arrays in files: known by shape and type, and read on request."""
+"""Arrays in files with known shape and type, read on request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LazyArray:
 
     @classmethod
     def of(cls, array: Column) -> LazyArray:
-        """Return an array in memory in the same form."""
+        """Return an array in memory as a `LazyArray`."""
         return cls(array.shape, array.dtype, lambda: array)
 
     @property
@@ -30,7 +30,7 @@ class LazyArray:
         return len(self.shape)
 
     def flatten_vector(self) -> LazyArray:
-        """Return the row and column vectors of MATLAB as one dimension."""
+        """Return a row or column vector of MATLAB with one dimension."""
         if self.ndim != 2 or 1 not in self.shape:
             return self
         rows = max(self.shape) if 0 not in self.shape else 0
@@ -45,6 +45,6 @@ class Axis(NamedTuple):
 
 
 def load_axes(axes: Sequence[Axis]) -> list[Column]:
-    """Return the columns, of which those of one array are read together."""
+    """Return the columns; columns of the same array are read together."""
     arrays = {array: array.read() for array in {axis.array for axis in axes}}
     return [a if axis.at is None else a[:, axis.at] for axis in axes for a in [arrays[axis.array]]]

@@ -1,4 +1,4 @@
-"""MAT files: variables, and fields of structures by their path."""
+"""MAT files: variables, and fields of structures by path."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def read(path: Path) -> Content:
 
 
 def _load_arrays(path: Path) -> dict[str, Column]:
-    """Return the arrays in a file, read by SciPy in a process of its own.
+    """Return the arrays in a file, read by SciPy in a separate process.
 
-    Damaged bytes end the interpreter there, where no exception could be caught.
+    Damaged bytes can crash the interpreter, without an exception.
     """
     if find_spec("scipy") is None:
         raise ImportError(describe_missing_extra("scipy", "mat", "a MAT file"))

@@ -1,8 +1,8 @@
-"""Telemetry logs of ground stations, ``.tlog``: MAVLink packets, each behind the time it came.
+"""Telemetry logs of ground stations, ``.tlog``: MAVLink packets with times of arrival.
 
-A record is the time in microseconds since 1970 as eight bytes, high ones first, then a packet of
-MAVLink 1 or 2. Packets of sensors, receivers and attitudes are read; their checksum is CRC-16 of
-MCRF4XX over the packet without its first byte, and a byte that stands for the message's layout. See
+A record is a time in microseconds since 1970 (eight bytes, high byte first) and a packet of MAVLink
+1 or 2. Packets of sensors, receivers and attitudes are read. Their checksum is CRC-16/MCRF4XX of
+the packet without its first byte, followed by a byte for the message's layout. See
 https://mavlink.io/en/guide/serialization.html.
 """
 
@@ -36,7 +36,7 @@ _AXES: Final = "xyz"
 
 
 class _MessageKind(NamedTuple):
-    """A kind of message: its number, the layout's byte, its fields, and its columns."""
+    """Kind of message: number, byte of the layout, fields, and columns."""
 
     number: int
     crc_extra: int
@@ -53,7 +53,7 @@ def _multiply(name: str, factor: float) -> Callable[[_Rows], Column]:
 
 
 def _nan_if_zero(name: str, factor: float) -> Callable[[_Rows], Column]:
-    """Return a column that is missing as a whole where it is always 0: nobody measures it."""
+    """Return a function for a column that is NaN if all its values are 0, thus not measured."""
 
     def column(rows: _Rows) -> Column:
         values = rows[name] * factor
@@ -161,15 +161,15 @@ _KINDS: Final = {
         _ATTITUDE_COLUMNS,
     ),
 }
-"""Messages that are read. Fields that a message may have beyond these are not."""
+"""Messages that are read. Further fields of newer versions are ignored."""
 _BY_NUMBER: Final = {kind.number: name for name, kind in _KINDS.items()}
 _EQUIVALENT_TOPICS: Final = ("RAW_IMU", "SCALED_IMU")
-"""The same sensor in two messages."""
+"""Messages with the same sensor."""
 _STAMP_COLUMNS: Final = {"time_usec": "timestamp_us", "time_boot_ms": "timestamp_ms"}
 
 
 def read(path: Path) -> Content:
-    """Return a table of each kind of messages and each sender."""
+    """Return a table for each kind of message and each sender."""
     log = _Log(np.fromfile(path, np.uint8))
     tables = dict(sorted(log.tables(), key=lambda item: list(_KINDS).index(item[0].split("/")[0])))
     if not tables:
@@ -179,7 +179,7 @@ def read(path: Path) -> Content:
 
 @dataclass
 class _Log:
-    """The bytes of a log, and where packets that are read stand in it."""
+    """Bytes of a log, and the positions of known packets."""
 
     raw: _Bytes
 
@@ -195,7 +195,7 @@ class _Log:
 
     @cached_property
     def _sound_payloads(self) -> tuple[dict[tuple[int, int], _Rows], tuple[str, ...]]:
-        """Return the payloads by vehicle and message whose checksum is right."""
+        """Return the payloads with a correct checksum by vehicle and message, and notes."""
         frames, lost = _find_frames(self.raw.tobytes())
         sound: dict[tuple[int, int], _Rows] = {}
         damaged = 0
@@ -213,9 +213,10 @@ class _Log:
 
 
 def _find_frames(raw: bytes) -> tuple[dict[tuple[int, int], list[tuple[int, int, int]]], int]:
-    """Return by vehicle and message where packets begin, their heads' and payloads' lengths.
+    """Return the offset, header length and payload length of packets, by vehicle and message.
 
-    And how many bytes belong to none. A packet counts if the next begins where it ends.
+    The second value is the number of bytes outside packets. A packet counts only if the next one
+    follows directly.
     """
     frames: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
     position, lost, size = 0, 0, len(raw)
@@ -238,7 +239,7 @@ def _find_frames(raw: bytes) -> tuple[dict[tuple[int, int], list[tuple[int, int,
 
 
 def _find_end(raw: bytes, begin: int) -> int:
-    """Return the end of a packet, 0 where none begins."""
+    """Return the end of the packet at `begin`; 0 if there is no packet."""
     if begin + _V2_HEAD_BYTES > len(raw):
         return 0
     if raw[begin] == _V1:
@@ -250,9 +251,9 @@ def _find_end(raw: bytes, begin: int) -> int:
 
 
 def _read_payloads(raw: _Bytes, places: npt.NDArray[np.int64], kind: _MessageKind) -> _Rows:
-    """Return the rows of packets with a right checksum, in the order of the file.
+    """Return the rows of packets with a correct checksum, in the order of the file.
 
-    What a packet leaves out at its end is zero, and what it has beyond our fields is left out.
+    Missing bytes at the end of a packet are zeros. Additional bytes are ignored.
     """
     size = kind.fields.itemsize
     rows = np.zeros((len(places), size), np.uint8)
@@ -269,7 +270,7 @@ def _read_payloads(raw: _Bytes, places: npt.NDArray[np.int64], kind: _MessageKin
 
 
 def _checksum(packets: _Bytes, crc_extra: int) -> npt.NDArray[np.uint16]:
-    """Return CRC-16/MCRF4XX of each row and a last byte."""
+    """Return CRC-16/MCRF4XX of each row with one more byte at its end."""
     crc = np.full(len(packets), 0xFFFF, np.uint16)
     for byte in (*packets.T, np.full(len(packets), crc_extra, np.uint8)):
         part = (byte ^ crc).astype(np.uint8)
@@ -297,7 +298,7 @@ def _make_table(topic: str, kind: _MessageKind, rows: _Rows, notes: tuple[str, .
 
 
 def _choose_sensors(tables: Mapping[str, Table]) -> tuple[str, ...]:
-    """Return the tables that make a recording, each sensor of the first vehicle once."""
+    """Return the tables for a recording: each sensor of the main vehicle once."""
     own_names = [name for name in tables if "/" not in name]
     duplicates = [name for name in _EQUIVALENT_TOPICS if name in own_names]
     if "HIGHRES_IMU" in own_names:

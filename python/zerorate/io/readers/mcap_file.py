@@ -1,6 +1,6 @@
-"""MCAP files: connections as `rosbags` has them, and messages as arrays of bytes.
+"""MCAP files: connections as in `rosbags`, and messages as arrays of bytes.
 
-The native module reads the file. This runs where `ros` reads: in a process of its own.
+The native module reads the file, in the separate process of `ros`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ _FORMATS: Final = {"ros2msg": "MSG", "ros2idl": "IDL", "omgidl": "IDL"}
 
 
 class McapMessages(NamedTuple):
-    """Messages in the order of their times of reception: where their bytes begin in ``raw``.
+    """Messages in order of reception, as offsets of their bytes in ``raw``.
 
-    ``lengths`` are the bytes of whole messages, of which ``raw`` may hold parts.
+    ``lengths`` are the sizes of complete messages; ``raw`` may contain only parts of them.
     """
 
     channels: npt.NDArray[np.uint16]
@@ -33,7 +33,7 @@ class McapMessages(NamedTuple):
 
 
 class McapReader:
-    """Connections and messages of a file.
+    """Reader of the connections and messages of a file.
 
     Raises
     ------
@@ -53,7 +53,7 @@ class McapReader:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close nothing: the mapping ends with the reader."""
+        """Do nothing: the mapping ends with the reader."""
 
     def read(
         self,
@@ -61,7 +61,7 @@ class McapReader:
         limit: int | None = None,
         kept: Sequence[tuple[int, int]] = (),
     ) -> McapMessages:
-        """Return the messages of some connections, at most ``limit``, or parts of each."""
+        """Return the messages of some connections, at most ``limit``, complete or in parts."""
         most = _ALL if limit is None else limit
         wanted = [connection.id for connection in connections]
         return McapMessages(*read_mcap(self._raw, wanted, most, kept)[2])

@@ -1,4 +1,4 @@
-"""ROS messages of type NavSatFix as JSON: a list of them, or one a line."""
+"""ROS messages of type NavSatFix as JSON, as a list or one per line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from zerorate.record.log import LogError
 
 
 def looks_like_json(head: bytes) -> bool:
-    """Return True if a file begins as JSON does."""
+    """Return True if a file begins like JSON."""
     return head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"["))
 
 
@@ -54,7 +54,7 @@ def _parse_messages(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]
 
 
 def _parse_lines(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
-    """Return the messages of one a line; the last may be cut off."""
+    """Return the messages from a text with one per line; the last may be incomplete."""
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
     messages: list[Mapping[str, Any]] = []
     for number, line in lines:
@@ -72,7 +72,7 @@ def _parse_lines(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
 
 
 def _flatten(message: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the values of a message by names such as ``header.stamp.secs``."""
+    """Yield the values of a message with names such as ``header.stamp.secs``."""
     for key, value in message.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):
@@ -84,7 +84,7 @@ def _flatten(message: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 
 
 def _make_column(values: list[object]) -> Column:
-    """Return numbers, NaN where one is missing; texts as they stand."""
+    """Return a column of numbers, NaN for missing values; or of texts."""
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)
     whole = all(isinstance(value, int) for value in values)

@@ -1,4 +1,4 @@
-"""NMEA 0183: the sentences GGA, RMC, GST, VTG and ZDA of a receiver, one row a fix."""
+"""NMEA 0183: sentences GGA, RMC, GST, VTG and ZDA of a receiver, one row per fix."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _COLUMNS: Final = (
 
 
 def looks_like_nmea(head: bytes) -> bool:
-    """Return True if the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
+    """Return True if a line at the beginning of a file is a sentence of NMEA 0183."""
     return _ANY_SENTENCE.search(head) is not None
 
 
@@ -51,7 +51,7 @@ def _read(path: Path) -> Content:
         raise LogError("no line has an NMEA sentence such as $GNGGA, expected those of a receiver")
     reading = _SentenceCollector()
     sentences = [match[0].rstrip() for match in _SENTENCE.finditer(raw)]
-    # If the receiver writes none at all, a truncated sentence cannot be detected.
+    # Without any checksums, truncated sentences cannot be detected.
     has_checksums = any(b"*" in sentence for sentence in sentences)
     for sentence in sentences:
         reading.take(sentence, has_checksums)
@@ -65,7 +65,7 @@ FORMAT: Final = Format(
 
 @dataclass
 class _Epoch:
-    """Sentences of one moment: the time of the day, s, and by ``values`` the rest."""
+    """Sentences of one moment: the time of day, s, and all other numbers in ``values``."""
 
     seconds: float
     day: int | None = None
@@ -75,7 +75,7 @@ class _Epoch:
 
 
 class _SentenceCollector:
-    """Sentences as they come, gathered by their time."""
+    """Collector of sentences, grouped by their time."""
 
     def __init__(self) -> None:
         try:
@@ -95,7 +95,7 @@ class _SentenceCollector:
         }
 
     def take(self, sentence: bytes, has_checksums: bool) -> None:
-        """Add the data of one sentence; a damaged one is counted."""
+        """Add the data of a sentence; damaged sentences are counted."""
         content, _, checksum = sentence.partition(b"*")
         if has_checksums and not _is_checksum_right(content, checksum):
             self.checksum_error_count += 1
@@ -105,11 +105,11 @@ class _SentenceCollector:
             epoch = self._find_epoch(message)
             if epoch is not None:
                 self._handlers[message.msgID](epoch, message)
-        except Exception:  # what garbage raises in the package has no common base
+        except Exception:  # pynmea2 can raise any exception for damaged sentences
             self.unreadable_count += 1
 
     def _find_epoch(self, message: Any) -> _Epoch | None:  # noqa: ANN401
-        """Return the moment of a sentence: its own, or for one without a time the last."""
+        """Return the moment of a sentence; without a time, the last moment."""
         if not hasattr(message, "time"):
             return self.epochs[-1] if self.epochs else None
         time = message.time
@@ -175,7 +175,7 @@ def _take_date(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
 
 
 def _velocity(speed: float, course: float) -> dict[str, float]:
-    """Return north and east, m/s; a receiver at rest reports zero speed without a course."""
+    """Return the north and east velocity, m/s; at rest, receivers omit the course."""
     if math.isnan(course):
         if speed != 0.0:
             return {}
@@ -188,7 +188,7 @@ def _velocity(speed: float, course: float) -> dict[str, float]:
 
 
 def _number(cell: object) -> float:
-    """Return a field's number, NaN where it is blank."""
+    """Return the number in a field, NaN if it is blank."""
     return float(cell) if isinstance(cell, (int, float)) else math.nan
 
 
@@ -197,9 +197,9 @@ def _days(date: datetime.date) -> int:
 
 
 def _assign_days(epochs: Sequence[_Epoch]) -> bool:
-    """Give each moment its day, counted over midnight from those dated; return if any was.
+    """Set the day of each moment, counted across midnight; return True if a date is known.
 
-    Without a date the days are counted from the first.
+    Without a date, the days count from the first.
     """
     dated = [i for i, epoch in enumerate(epochs) if epoch.day is not None]
     first = dated[0] if dated else 0
@@ -215,7 +215,7 @@ def _assign_days(epochs: Sequence[_Epoch]) -> bool:
 
 
 def _check_days(epochs: Sequence[_Epoch]) -> None:
-    """Raise LogError if the date leaps by a year or more, as receivers do that lost their week."""
+    """Raise LogError if the date jumps by a year or more, as after a receiver's week rollover."""
     for before, after in pairwise(epochs):
         if abs(_day_of(after) - _day_of(before)) >= _YEAR_DAYS:
             dates = [datetime.date.fromordinal(_day_of(e) + _EPOCH_DAY) for e in (before, after)]
@@ -231,7 +231,7 @@ def _day_of(epoch: _Epoch) -> int:
 
 
 def _midnights(earlier: float, later: float) -> int:
-    """Return the days that begin between two times of the day, which are hours apart at most."""
+    """Return the number of midnights between two times of day that differ by a few hours."""
     step = later - earlier
     return 1 if step < -0.5 * _DAY_S else -1 if step > 0.5 * _DAY_S else 0
 

@@ -1,4 +1,4 @@
-"""NumPy's files: one array, or several by name, of which only requested ones are read."""
+"""NumPy's files: a single array, or several by name; only requested arrays are read."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SUFFIX = ".npy"
 
 
 def read_npy(path: Path) -> Content:
-    """Return the array in a file."""
+    """Return the array in a file as a table."""
 
     def read() -> Column:
         with path.open("rb") as file:
@@ -33,7 +33,7 @@ def read_npy(path: Path) -> Content:
 
 
 def read_npz(path: Path) -> Content:
-    """Return the arrays in an archive."""
+    """Return the arrays in an archive as a table."""
     arrays = {}
     with zipfile.ZipFile(path) as archive:
         for info in archive.infolist():
@@ -49,7 +49,7 @@ def _read_member(
     def read() -> Column:
         with zipfile.ZipFile(path) as archive_again, archive_again.open(info) as file:
             array = npy.read_array(file, allow_pickle=False)
-            # The check sum is looked at where the member ends.
+            # The checksum is tested at the end of the member.
             if file.read(1):
                 raise LogError(f"'{name}' holds more than it declares: it is damaged")
             return array
@@ -61,9 +61,9 @@ def _read_member(
 def _make_lazy_array(
     path: Path, file: IO[bytes], size: int, what: str, read: Callable[[], Column]
 ) -> LazyArray:
-    """Return the array that a header declares; LogError if it cannot be in so many bytes."""
+    """Return the array that a header declares; LogError if the file is too small for it."""
     version = npy.read_magic(file)
-    # One of version 3 differs only in names of fields that are no Latin-1.
+    # Version 3 differs only in field names that are not Latin-1.
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read_header(file)
     if dtype.hasobject:

@@ -1,4 +1,4 @@
-"""Objects in memory that hold a log: data frames, Arrow tables, dicts and arrays."""
+"""Objects in memory with a log: data frames, Arrow tables, dicts and arrays."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _WIDE_DTYPES = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
 
 
 def from_pandas(frame: _Frame) -> Table:
-    """Return the table of a pandas DataFrame, with an index of times as its time column.
+    """Return the table of a pandas DataFrame; an index of times becomes the time column.
 
-    Its ``attrs`` may state the rate, the unit and the sensor.
+    The frame's ``attrs`` can state the rate, the unit and the sensor.
     """
     series = [frame.iloc[:, i] for i in range(frame.shape[1])]
     names = [_join_label(label) for label in frame.columns]
@@ -42,7 +42,7 @@ def from_pandas(frame: _Frame) -> Table:
         series, names = [frame.index, *series], [str(frame.index.name or "time"), *names]
     counts = type(frame.index).__name__ == "RangeIndex" or frame.index.dtype.kind not in "fiu"
     if not has_time_index and not counts:
-        # Its values show if it is the clock.
+        # The values show if this column is the clock.
         series, names = [*series, frame.index], [*names, str(frame.index.name or "index")]
     has_names = any(isinstance(label, (str, tuple)) for label in frame.columns)
     return Table(
@@ -83,7 +83,7 @@ def _is_time(index: _Series) -> bool:
 def _from_pandas(series: _Series, name: str) -> Column:
     kind = series.dtype.kind
     if kind in "Mm":
-        # Times of a zone become those of UTC, without objects between.
+        # Times with a zone become UTC, without Python objects.
         return np.asarray(series.to_numpy(dtype=f"{kind}8[{_resolution(series.dtype)}]"))
     if kind == "O" and has_time_name(name):
         return np.asarray(series.to_numpy(dtype=object))
@@ -97,7 +97,7 @@ def _from_pandas(series: _Series, name: str) -> Column:
 
 
 def _resolution(dtype: Any) -> str:  # noqa: ANN401
-    """Return the unit of a type of times: of NumPy, of Arrow, or of pandas itself."""
+    """Return the unit of a type of times of NumPy, Arrow or pandas."""
     if isinstance(dtype, np.dtype):
         return np.datetime_data(dtype)[0]
     return str(getattr(dtype, "pyarrow_dtype", dtype).unit)
@@ -129,7 +129,7 @@ _FRAME_READERS: Final[dict[str, Callable[[Any], Table]]] = {
 
 
 class ArrowStream(Protocol):
-    """Whatever hands out its rows as a stream of Arrow: frames and tables of many packages."""
+    """Object with a stream of Arrow rows: frames and tables of many packages."""
 
     def __arrow_c_stream__(self, requested_schema: object = None, /) -> object:
         """Return a capsule with the stream."""
@@ -143,13 +143,13 @@ def describe_object(source: object) -> str:
 
 
 def make_table(source: object) -> tuple[str, Table]:
-    """Return the kind of an object and its table; TypeError if it holds none."""
+    """Return the kind of an object and its table; TypeError if it has no table."""
     if isinstance(source, Mapping):
         return "arrays", _from_mapping(source)
     if isinstance(source, np.ndarray):
         return "array", from_array(LazyArray.of(_fill_masked(source)))
     for package, read in _FRAME_READERS.items():
-        # A frame exists only where its package is loaded.
+        # A frame can exist only if its package is loaded.
         frame = getattr(sys.modules.get(package), "DataFrame", None)
         if frame is not None and isinstance(source, frame):
             return package, read(source)
@@ -178,7 +178,7 @@ def _make_array(name: str, values: Any) -> Column:  # noqa: ANN401
 
 
 def _fill_masked(array: Column) -> Column:
-    """Return the array with masked values as NaN; a structured one as columns of its fields."""
+    """Return the array with NaN for masked values; a structured array as columns."""
     if array.dtype.names is None or not isinstance(array, np.ma.MaskedArray):
         return without_masks(array)
     fields = {name: without_masks(array[name]) for name in array.dtype.names}

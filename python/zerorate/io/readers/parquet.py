@@ -1,4 +1,4 @@
-"""Parquet files: read by column and by piece, written by row group."""
+"""Parquet files: read by column and in pieces, written in row groups."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def read(path: Path) -> Content:
 
     def pieces(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
         names, positions = _find_positions(schema.names, wanted)
-        # Else pyarrow would keep every column chunk it has read, the whole file in the end.
+        # Without it, pyarrow would keep every column chunk: the whole file in the end.
         with _open_file(path, buffer_size=_BUFFER_BYTES, pre_buffer=False) as file:
             for batch in file.iter_batches(most, columns=names, use_threads=False):
                 yield [batch.column(i) for i in positions]
@@ -48,14 +48,14 @@ def read(path: Path) -> Content:
 
 
 def write_parquet(log: Log, path: Path, names: Sequence[str]) -> None:
-    """Write a log and its extra columns; its rate, unit and names as key-value metadata."""
+    """Write a log and its extra columns, with rate, unit and names as key-value metadata."""
     columns = [log.sampled, *np.asfortranarray(log.data).T, *log.extra.values()]
     with RowGroupWriter(path, [TIME_NAME, *names, *log.extra], make_metadata(log)) as file:
         file.write(columns)
 
 
 def make_metadata(log: Log | Header) -> dict[str, str]:
-    """Return the metadata of a file of a log."""
+    """Return the metadata for a log's file."""
     fields = {"rate": repr(log.rate), "unit": log.unit, "names": json.dumps(log.names)}
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
@@ -63,7 +63,7 @@ def make_metadata(log: Log | Header) -> dict[str, str]:
 
 
 def _value_bytes(field: Any) -> int:  # noqa: ANN401
-    """Return the bytes of a value of a column, those of a text with its place."""
+    """Return the size of a value in a column, bytes; for texts, with its offset."""
     try:
         return max(int(field.type.bit_width) // 8, 1)
     except ValueError:
@@ -71,7 +71,7 @@ def _value_bytes(field: Any) -> int:  # noqa: ANN401
 
 
 def _find_positions(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
-    """Return the names to read, and their columns' positions: all of one name are read."""
+    """Return the names to read, and the positions of the columns; equal names are all read."""
     names = list(dict.fromkeys(listed[i] for i in wanted))
     read = [i for name in names for i, own in enumerate(listed) if own == name]
     return names, [read.index(i) for i in wanted]
@@ -82,7 +82,7 @@ def _open_file(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
     import_pyarrow("Parquet")
     import pyarrow.parquet as pq
 
-    # Not `read_table`: it loads the whole machinery of data sets first.
+    # `read_table` would load a large module for data sets first.
     with open_native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
         yield file
 
@@ -91,21 +91,21 @@ _GROUP_ROWS: Final = 1 << 17
 
 
 def open_native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
-    """Return an open file for pyarrow, which allows names that are not UTF-8."""
+    """Return an open file for pyarrow; its name may not be UTF-8."""
     return import_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
 class RowGroupWriter:
-    """A Parquet file that is the same to the last byte whatever the pieces it is written in.
+    """Writer of a Parquet file; the bytes do not depend on the pieces.
 
     Parameters
     ----------
     path : Path
         File to write.
     names : sequence of str
-        Of the columns, which hold doubles or flags.
+        Names of the columns, which are doubles or flags.
     metadata : mapping
-        Keys and values of the file.
+        Metadata of the file, keys and values.
     """
 
     def __init__(self, path: Path, names: Sequence[str], metadata: Mapping[str, str]) -> None:
@@ -123,7 +123,7 @@ class RowGroupWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Write the pending rows, unless something went wrong, and close the file."""
+        """Write the remaining rows, unless an error occurred, and close the file."""
         try:
             if kind is None and self._pending:
                 self._write_group()
@@ -133,7 +133,7 @@ class RowGroupWriter:
                 self._file.close()
 
     def write(self, columns: Sequence[Column]) -> None:
-        """Take a piece of all columns; whole groups are written."""
+        """Add a piece of all columns; complete groups are written."""
         rows, done = len(columns[0]), 0
         while done < rows:
             end = min(rows, done + _GROUP_ROWS - self._rows)
@@ -145,10 +145,10 @@ class RowGroupWriter:
 
     def _write_group(self) -> None:
         pending = zip(*self._pending, strict=True)
-        # A group is a page of each column, the same whatever the pieces: they need not be joined.
+        # A group has one page per column whatever the pieces are, so pieces need not be joined.
         arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in pending]
         self._pending, self._rows = [], 0
-        # If nothing can be missing (NaN is a number) no row is tested for it.
+        # Without nulls (NaN is a number), rows are not tested for missing values.
         fields = [
             self._arrow.field(name, array.type, nullable=False)
             for name, array in zip(self._names, arrays, strict=True)
@@ -162,8 +162,8 @@ class RowGroupWriter:
     def _open_writer(self, schema: Any) -> Any:  # noqa: ANN401
         import pyarrow.parquet as pq
 
-        # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
-        # weight they shrink to less than by any stronger compression of whole numbers.
+        # Doubles of a sensor hardly ever repeat, so a dictionary is useless. Splitting the bytes by
+        # significance compresses better than stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
         self._file = open_native_file(self._path, "wb")
         return pq.ParquetWriter(
@@ -172,6 +172,6 @@ class RowGroupWriter:
             compression="lz4",
             use_dictionary=False,
             use_byte_stream_split=doubles,
-            # By the least and the largest time whoever wants a span leaves out groups of rows.
+            # Minimum and maximum times let readers of a time span skip row groups.
             write_statistics=[TIME_NAME] if TIME_NAME in self._names else False,
         )

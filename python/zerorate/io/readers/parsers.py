@@ -1,7 +1,7 @@
-"""The parsers of text tables: plain rows at once, or line by line, with the same numbers.
+"""Parsers of text tables: plain rows at once, or line by line, with equal results.
 
-Most tables have plain rows, or have them once remarks, quotes and repeated headers are taken away.
-The parser of lines says what a table is, and names the line and column of a fault.
+Most tables have plain rows, at least after comments, quotes and repeated headers are removed. The
+line parser defines the format, and names line and column of an error.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
 _TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r)|[^\r\n]+\Z")
 _BEFORE: Final = 50
-"""Lines before the last one that show its number of decimals."""
+"""Number of lines before the last one that show its number of decimals."""
 _TAIL: Final = 1 << 16
 _FEW: Final = 0.1
-"""Part of the lines that are torn at most, where they are to be left out."""
+"""Largest share of torn lines that can be left out."""
 _NO_ROW: Final = re.compile(rb"\n[ \t]*(?:(?:#|%|//)[^\n]*)?(?=\n|\Z)")
 _NO_ROW_OF_TABS: Final = re.compile(rb"\n(?: *|[ \t]*(?:#|%|//)[^\n]*)(?=\n|\Z)")
-"""Lines that are no rows, with the line's end before them, which is soon found."""
+"""Lines that are no rows, with the line end before them for a fast search."""
 _ODD_MARKS: Final = (b'"', b"#", b"%", b"//")
-"""Marks of lines that are no plain rows."""
+"""Characters in lines that are no plain rows."""
 _DELIMITERS: Final = (",", ";", "\t", "|", None)
-"""Those of plain rows; a blank alone may stand in an empty line."""
+"""Delimiters of plain rows; blanks also occur in empty lines."""
 _MISSING_WORDS: Final = [word.encode() for word in MISSING]
 _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of a text: start of the rows (byte offset, lines before it) and form of a row.
+    """Layout of a text: position of the first row (byte offset, lines before it) and its format.
 
-    ``delimiter`` is None for any run of blanks; ``first_row`` holds the cells of the first row.
-    A line that repeats the ``header`` is no row.
+    ``delimiter`` is None for runs of blanks. ``first_row`` contains the cells of the first row. A
+    line equal to ``header`` is no row.
     """
 
     offset: int
@@ -69,7 +69,7 @@ class Layout:
 
 
 def decode_text(raw: bytes) -> str:
-    """Return the text of UTF-8 bytes, or of Latin-1 where they are not UTF-8."""
+    """Return the text of UTF-8 bytes, or of Latin-1 if they are not UTF-8."""
     raw = raw.removeprefix(BOM)
     try:
         return raw.decode("utf-8")
@@ -78,12 +78,12 @@ def decode_text(raw: bytes) -> str:
 
 
 def is_value(cell: str, decimal_comma: bool = False) -> bool:
-    """Return True if a cell holds a number or a time, not a name."""
+    """Return True if a cell contains a number or a time, not a name."""
     return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
 
 
 def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
-    """Return the columns at some indices; LogError that names line and column of a fault."""
+    """Return the columns with some indices; a LogError names line and column of an error."""
     kinds = _find_kinds(layout, wanted)
     odd = any(raw.find(mark, layout.offset) >= 0 for mark in _ODD_MARKS)
     odd = odd or _count_headers(raw, layout) > 0
@@ -105,7 +105,7 @@ def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]
 
 
 def without_torn(raw: bytes, layout: Layout) -> tuple[bytes, list[int]]:
-    """Return the bytes of the lines of a table that are whole, and the numbers of the others."""
+    """Return the bytes of a table's complete lines, and the numbers of all other lines."""
     kept, torn = [raw[: layout.offset]], []
     columns = range(layout.width)
     kinds = _find_kinds(layout, list(columns))
@@ -132,9 +132,10 @@ def _is_whole(cells: list[str], kinds: _Kinds, words: list[bool], layout: Layout
 
 
 def without_torn_end(raw: bytes, layout: Layout) -> tuple[bytes, int | None]:
-    """Return the bytes without a last line that the end of the file cuts, and its number.
+    """Return the bytes without a last line cut by the end of the file, and its number.
 
-    That has no line's end, and fewer cells or a last number of fewer decimals than all before it.
+    A cut line has no line end, and fewer cells than the lines before it. Or its last number has
+    fewer decimals than theirs.
     """
     end = raw.rstrip(b"\0")
     begin = max(end.rfind(b"\n"), end.rfind(b"\r")) + 1
@@ -161,12 +162,12 @@ def _decimals(cell: str) -> int:
 
 
 def read_texts(raw: bytes, layout: Layout, index: int) -> Column:
-    """Return a column as it is written; LogError if a row has more cells or fewer."""
+    """Return a column as text; LogError if a row has too many or too few cells."""
     return np.array([cells[index] for _, cells in _read_rows(raw, layout)], dtype=object)
 
 
 def describe_lines(raw: bytes, layout: Layout) -> Iterator[str]:
-    """Yield sentences on headers among the rows, and on quotes that are ordinary characters."""
+    """Yield sentences on headers among the rows, and on quotes read as characters."""
     repeat_count = _count_headers(raw, layout)
     if repeat_count:
         yield (
@@ -193,14 +194,14 @@ def _is_stray(line: str, delimiter: str | None) -> bool:
 
 
 def _find_kinds(layout: Layout, wanted: list[int]) -> _Kinds:
-    """Return the kinds of columns by their first row: numbers, or the text of dates."""
+    """Return the kinds of columns from the first row: numbers, or dates as text."""
     return [_find_kind(layout.first_row[i]) for i in wanted]
 
 
 def _find_kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
     if is_date(cell):
         return np.str_
-    # Some integers are too long for a float64, such as nanoseconds.
+    # Some integers, such as nanoseconds, are too long for float64.
     digits = cell.lstrip("+-")
     return np.int64 if digits.isdigit() and len(digits) > 15 else np.float64
 
@@ -208,7 +209,7 @@ def _find_kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
 def _plain(
     raw: bytes, begin: int, layout: Layout, wanted: list[int], kinds: _Kinds
 ) -> list[Column] | None:
-    """Return the columns of rows of plain numbers and dates; None if there is anything else."""
+    """Return the columns of plain rows with numbers and dates; None for any other rows."""
     slots = {i: slot for slot, i in enumerate(wanted) if kinds[slot] is not np.str_}
     if len(set(wanted)) < len(wanted) or layout.delimiter not in _DELIMITERS:
         return None
@@ -248,7 +249,7 @@ def _cells(rows: bytes, layout: Layout, index: int) -> list[str]:
 
 
 def _plain_rows(raw: bytes, layout: Layout) -> bytes:
-    """Return the rows without remarks, empty lines, repeated headers and quotes."""
+    """Return the rows without comments, empty lines, repeated headers and quotes."""
     rows = raw[layout.offset :]
     if b"\r" in rows:
         rows = rows.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -263,16 +264,16 @@ def _plain_rows(raw: bytes, layout: Layout) -> bytes:
 
 
 def _count_headers(raw: bytes, layout: Layout) -> int:
-    """Return the count of headers among the rows, as where a device was started again."""
+    """Return the number of headers among the rows, from restarts of a device."""
     if not layout.header:
         return 0
-    # Latin-1 is what `decode_text` falls back to.
+    # Latin-1 is the second choice of `decode_text`.
     encodings = {layout.header.encode(), layout.header.encode("latin-1", "ignore")}
     return sum(raw.count(b"\n" + header, layout.offset) for header in encodings)
 
 
 def _strip_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
-    """Yield the text piece by piece, cells that need their quotes as question marks."""
+    """Yield the text in pieces; cells that need their quotes become question marks."""
     mark = delimiter or " "
     done = 0
     for start, end in _quoted_lines(rows):
@@ -287,7 +288,7 @@ def _strip_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
 
 
 def _without_quotes(line: bytes, delimiter: str | None) -> bytes | None:
-    """Return a line in which every cell is quoted and plain without quotes, None for another."""
+    """Return a line without quotes, if every cell is quoted and plain; None for other lines."""
     line, mark = line.rstrip(b"\r"), (delimiter or " ").encode()
     if not (line.startswith(b'"') and line.endswith(b'"')) or line.count(b'"') % 2:
         return None
@@ -297,7 +298,7 @@ def _without_quotes(line: bytes, delimiter: str | None) -> bytes | None:
 
 
 def _quoted_lines(text: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the bounds of the lines that have a quote; other lines cost next to nothing."""
+    """Yield start and end of the lines with a quote; other lines are skipped quickly."""
     mark = b"\n" if b"\n" in text else b"\r"
     quote = text.find(b'"')
     while quote >= 0:
@@ -327,7 +328,7 @@ def _by_line(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> li
 
 
 def _make_dates(cells: list[str], lines: list[int], index: int, layout: Layout) -> Column:
-    """Return the times in a column of texts; LogError that names line and column of a fault."""
+    """Return the times in a column of texts; a LogError names line and column of an error."""
     times = parse_dates(cells)
     if times is None:
         at, reason = find_fault(cells)
@@ -336,7 +337,7 @@ def _make_dates(cells: list[str], lines: list[int], index: int, layout: Layout) 
 
 
 def _read_rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the cells of each row; LogError if it has more cells or fewer."""
+    """Yield the line number and cells of each row; LogError for too many or too few cells."""
     for at, line in enumerate(io.StringIO(decode_text(raw), newline=None), start=1):
         if at <= layout.lines_before or is_blank(line, layout.delimiter) or is_comment(line):
             continue

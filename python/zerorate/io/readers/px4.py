@@ -1,4 +1,4 @@
-"""PX4's ULog files: the topics of gyros, accelerometers and the other sensors of a flight."""
+"""PX4's ULog files: topics of gyros, accelerometers and other sensors."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _Columns = dict[str, Column]
 
 _AXES: Final = "xyz"
 _INVALID_RELATIVE_TIME: Final = 0x7FFFFFFF
-"""Relative time of an accelerometer's sample that is none."""
+"""Relative time that marks a missing accelerometer sample."""
 
 
 def read(path: Path) -> Content:
-    """Return a table of each topic and instance, those of sensors first and in SI units.
+    """Return a table for each topic and instance; sensors come first, in SI units.
 
-    Instances after the first are called ``sensor_gyro_1`` and so on.
+    Further instances are called ``sensor_gyro_1`` and so on.
     """
     raw = path.read_bytes()
     log = parse_log(raw)
@@ -56,7 +56,7 @@ def _find_calibration(log: ULog) -> dict[str, float] | None:
 def _note_topics(
     tables: dict[str, Table], topics: Mapping[str, Topic], measured: Sequence[str]
 ) -> dict[str, Table]:
-    """Return the tables with notes on each: the same device, faster samples."""
+    """Return the tables with notes on equal devices and faster samples."""
     devices: dict[int, str] = {}
     noted = dict(tables)
     for name in measured:
@@ -85,7 +85,7 @@ def _add_notes(table: Table, *notes: str) -> Table:
 
 
 def _combined_columns(fields: _Fields) -> _Columns:
-    """``sensor_combined``: the gyro and accelerometer that the autopilot flies with."""
+    """Return ``sensor_combined``: the gyro and accelerometer that the autopilot uses."""
     accel = _vector(fields, "accelerometer_m_s2[{}]", "accel_{}_mps2")
     relative = fields.get("accelerometer_timestamp_relative")
     if relative is not None:
@@ -95,7 +95,7 @@ def _combined_columns(fields: _Fields) -> _Columns:
 
 
 def _old_magnetometer(fields: _Fields) -> _Columns:
-    """Return the magnetometer that old versions put there, at the rows where it is new."""
+    """Return the magnetometer of old logs in ``sensor_combined``, at the rows with new values."""
     relative = fields.get("magnetometer_timestamp_relative")
     if relative is None:
         return {}
@@ -106,7 +106,7 @@ def _old_magnetometer(fields: _Fields) -> _Columns:
 
 
 def _integrated_columns(fields: _Fields) -> _Columns:
-    """``vehicle_imu``: means over the time of integration, in microseconds."""
+    """Return ``vehicle_imu``: means over the integration time, us."""
     gyro = _vector(fields, "delta_angle[{}]", "gyro_{}_radps")
     accel = _vector(fields, "delta_velocity[{}]", "accel_{}_mps2")
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -116,7 +116,7 @@ def _integrated_columns(fields: _Fields) -> _Columns:
 
 
 def _fixes(fields: _Fields) -> _Columns:
-    """GNSS: integers of 1e-7 deg and mm in old logs, degrees and metres in new ones."""
+    """Return GNSS fixes; old logs have integers in 1e-7 deg and mm, new logs degrees and metres."""
     if "lat" in fields:
         fix_columns = {
             "latitude_deg": fields["lat"] * 1e-7,
@@ -140,7 +140,7 @@ def _fixes(fields: _Fields) -> _Columns:
 
 
 def _make_vector_reader(field: str, name: str) -> Callable[[_Fields], _Columns]:
-    """Return a reader of three axes, and of their sensor's temperature where it is logged."""
+    """Return a reader of three axes, and of the sensor's temperature if logged."""
 
     def columns(fields: _Fields) -> _Columns:
         values = _vector(fields, field, name)
@@ -152,7 +152,7 @@ def _make_vector_reader(field: str, name: str) -> Callable[[_Fields], _Columns]:
 
 
 def _read_fifo(fields: _Fields, name: str) -> tuple[Column, _Columns]:
-    """Return times, us, and values of samples that come many in a row, the last at its time."""
+    """Return times, us, and values of rows with several samples; the last has the row's stamp."""
     count = np.clip(fields["samples"].astype(np.int64), 0, _FIFO_SAMPLES)[:, None]
     position = np.arange(_FIFO_SAMPLES)
     is_used = position < count
@@ -194,10 +194,10 @@ _TOPICS: Final[dict[str, Callable[[_Fields], _Columns]]] = {
     "sensor_gyro_fifo": _make_vector_reader("{}", "gyro_{}_radps"),
     "sensor_accel_fifo": _make_vector_reader("{}", "accel_{}_mps2"),
 }
-"""Topics of sensors, the best of each kind first, and what turns their fields into columns."""
+"""Topics of sensors, the best of each kind first, with functions that make their columns."""
 
 _FIFO_COLUMNS: Final = {"sensor_gyro_fifo": "gyro_{}_radps", "sensor_accel_fifo": "accel_{}_mps2"}
-"""Topics of which a row has many samples, and the names of their columns."""
+"""Topics with many samples per row, and the names of their columns."""
 _FIFO_SAMPLES: Final = 32
 _TRUTH_TOPIC: Final = "vehicle_attitude_groundtruth"
 _ESTIMATE_TOPIC: Final = "vehicle_attitude"
@@ -210,13 +210,13 @@ _DERIVED_TOPICS: Final = (
     _ESTIMATE_TOPIC,
     *_FIFO_COLUMNS,
 )
-"""Filtered, estimated, or further samples of a sensor: no further sensors."""
+"""Topics with filtered, estimated or faster samples of a sensor; they are no further sensors."""
 _DEVICE_FIELDS: Final = {"vehicle_imu": "gyro_device_id", "sensor_gyro": "device_id"}
-"""Fields with the number of a gyro, by which topics of one are known."""
+"""Fields with a gyro's identifier, which shows the topics of one device."""
 _CALIBRATION: Final = re.compile(
     r"CAL_(GYRO|ACC|MAG)|TC_[GAM]|SENS_BOARD_|SENS_IMU_|SENS_MAG_|EKF2_(IMU|GPS)_POS"
 )
-"""Parameters with what the autopilot takes its sensors to be off by, and how they are mounted."""
+"""Parameters with the autopilot's calibration of its sensors, and their mounting."""
 
 _RANKS: Final = {name: rank for rank, name in enumerate(_TOPICS)}
 
@@ -229,7 +229,7 @@ def _vector(fields: _Fields, field: str, name: str) -> _Columns:
 
 
 def _stamps(fields: _Fields) -> Column:
-    # Published a little later than sampled: 0 if the driver does not give the sample's time.
+    # `timestamp` is slightly later than the sample; `timestamp_sample` is 0 if not provided.
     stamps = fields.get("timestamp_sample")
     if stamps is None or not stamps.all():
         stamps = fields["timestamp"]
@@ -244,7 +244,7 @@ def _make_table(name: str, topic: Topic, meta: Metadata) -> Table:
             stamps, columns = _read_fifo(fields, _FIFO_COLUMNS[topic.name])
         else:
             columns = _TOPICS[topic.name](fields)
-    except KeyError:  # any other topic, or fields of a version that is not known
+    except KeyError:  # another topic, or fields of an unknown version
         columns = {key: v for key, v in fields.items() if not key.startswith("timestamp")}
     names, arrays = ("timestamp_us", *columns), [stamps, *columns.values()]
 

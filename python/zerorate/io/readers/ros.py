@@ -1,4 +1,4 @@
-"""Recordings of ROS 1 and 2, and MCAP files: the messages of inertial sensors."""
+"""Recordings of ROS 1 and 2, and MCAP files: messages of inertial sensors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _VALUE_NAMES = (
 _NAMES = ("stamp_ns", *_VALUE_NAMES)
 _HALF: Final = {"gyro": "angular_velocity", "accel": "linear_acceleration"}
 _MARK: Final = -1.0
-"""First number of the covariance of what a message has not."""
+"""First covariance value that marks a quantity as absent."""
 _ROW_DTYPE = np.dtype(
     [
         ("seconds", np.int64),
@@ -43,7 +43,7 @@ _ROW_DTYPE = np.dtype(
 
 
 def read(path: Path) -> Content:
-    """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or have a sensor."""
+    """Return a table for each topic with ``sensor_msgs/Imu`` or with another sensor."""
     if find_spec("rosbags") is None:
         raise ImportError(describe_missing_extra("rosbags", "ros", "a ROS recording"))
     infos, _ = run_isolated("bag_topics", path)
@@ -82,17 +82,17 @@ def _make_table(path: Path, info: Mapping[str, Any]) -> Table:
     meta = Metadata(sensor=topic, notes=notes)
     names = tuple(_NAMES[i] for i in there) if names is None else tuple(names)
     if "gyro" in absent:
-        # Alone, what is called linear would be without gravity.
+        # Without a gyro, "linear" acceleration would be taken as without gravity.
         names = tuple(name.replace("linear_acceleration", "acceleration") for name in names)
     return Table(len(names), load, names=names, meta=meta, time=0)
 
 
 def list_topics(path: Path) -> list[dict[str, Any]]:
-    """Return the topics of a recording that hold messages of a sensor, those of `_IMU_TYPE` first.
+    """Return the topics of a recording with messages of a sensor; `_IMU_TYPE` comes first.
 
-    Each has its type, a flag for a gyro in it, and the names of its columns, None for
-    `_IMU_TYPE`. This and `read_columns` run in a process of its own: chunks may swell when they are
-    unpacked.
+    Each has its type, a flag for a gyro, and the names of its columns (None for `_IMU_TYPE`). This
+    function and `read_columns` run in a separate process, because unpacked chunks can be very
+    large.
     """
     infos: dict[str, dict[str, Any]] = {}
     plans: dict[str, MessagePlan | None] = {}
@@ -115,11 +115,11 @@ def list_topics(path: Path) -> list[dict[str, Any]]:
 
 
 def _absent(path: Path, topic: str) -> list[str]:
-    """Return the half of a topic's messages that is marked as absent, or zero in all of them."""
+    """Return the half of a topic's messages that is marked as absent, or zero in all messages."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         if isinstance(reader, McapReader):
-            # A few tell of most recordings.
+            # A few messages suffice for most recordings.
             first = _halves_seen(read_cdr_imus(reader, on_topic, _FIRST_MESSAGES))
             seen = first if all(first) else _halves_seen(read_cdr_imus(reader, on_topic))
             return _name_absent(seen)
@@ -138,7 +138,7 @@ def _name_absent(seen: Sequence[bool]) -> list[str]:
 
 
 def _halves_seen(rows: npt.NDArray[np.void]) -> list[bool]:
-    """Return a flag each for gyro and accelerometer: any message has values of it."""
+    """Return flags for gyro and accelerometer: True if any message has values."""
     return [
         bool(np.any((rows[f"{kind}_mark"] != _MARK) & np.any(rows[kind] != 0.0, axis=1)))
         for kind in _HALF
@@ -169,7 +169,7 @@ def _is_imu(connection: _Connection) -> bool:
 
 
 def _is_decoded(connection: _Connection) -> bool:
-    # An MCAP file may hold messages in JSON and others.
+    # An MCAP file can also have messages in JSON and other encodings.
     return getattr(connection.ext, "serialization_format", "cdr") == "cdr"
 
 
@@ -225,18 +225,18 @@ def _open_reader(path: Path) -> Iterator[_Reader]:
         yield reader
 
 
-# The message `sensor_msgs/Imu` is read from its bytes; to make objects of it would take the most
-# time. Behind the header stand 37 numbers: the orientation (4), the angular velocity (3) and the
-# acceleration (3), each followed by its covariance (9).
+# Messages of `sensor_msgs/Imu` are read from their bytes, because Python objects would take most of
+# the time. The header is followed by 37 numbers: orientation (4), angular velocity (3) and
+# acceleration (3), each with its covariance (9) behind it.
 #
-# Seconds and nanoseconds of the stamp, rad/s (3), m/s^2 (3).
+# Fields: seconds and nanoseconds of the stamp, rad/s (3), m/s^2 (3).
 Imu = tuple[int, int, float, float, float, float, float, float]
 
 _STAMP_STRUCTS: Final = {order: struct.Struct(f"{order}iII") for order in "<>"}
 _VALUE_STRUCTS: Final = {order: struct.Struct(f"{order}104x3d72x3d72x") for order in "<>"}
 _MARKED: Final = {order: struct.Struct(f"{order}104x4d64x4d64x") for order in "<>"}
-"""The same, each followed by the first number of its covariance."""
-# Four bytes come first: the sequence number in ROS 1, the encapsulation in CDR.
+"""The same fields, each vector followed by the first number of its covariance."""
+# The first four bytes: a sequence number in ROS 1, the encapsulation in CDR.
 _PREFIX_BYTES = 4
 _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
@@ -244,7 +244,7 @@ _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 _FIRST_MESSAGES: Final = 1024
 _VALUE_BYTES: Final = 296
 _KEPT: Final = ((0, 16), (-192, -160), (-96, -64))
-"""Parts of a message: its stamp; rate and acceleration with the first number of the covariance."""
+"""Parts of a message: its stamp; rate and acceleration with their first covariances."""
 _KEPT_DTYPE: Final = np.dtype(
     [
         ("representation", "u1", 4),
@@ -260,13 +260,13 @@ _KEPT_DTYPE: Final = np.dtype(
 
 
 def decode_ros1_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
-    """Return the stamp and the values of a message of ROS 1, which is packed."""
+    """Return the stamp and the values of a ROS 1 message, which is packed."""
     seconds, nanoseconds, length = _STAMP_STRUCTS["<"].unpack_from(raw, _PREFIX_BYTES)
     return (seconds, nanoseconds, *numbers["<"].unpack_from(raw, _FRAME_ID_OFFSET + length))
 
 
 def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
-    """Return the stamp and the values of a message of ROS 2, where numbers of 8 bytes align."""
+    """Return the stamp and the values of a ROS 2 message, in which 8-byte numbers are aligned."""
     order = "<" if raw[1] & 1 else ">"
     seconds, nanoseconds, length = _STAMP_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES)
     aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
@@ -276,12 +276,12 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
 def read_cdr_imus(
     reader: McapReader, connections: Sequence[_Connection], limit: int | None = None
 ) -> npt.NDArray[np.void]:
-    """Return stamp, rate and acceleration of messages of ROS 2, shape (n,), from an MCAP file.
+    """Return stamp, rate and acceleration of ROS 2 messages from an MCAP file, shape (n,).
 
     Raises
     ------
     ValueError
-        If a message has more or fewer bytes than its type.
+        If a message has a wrong length for its type.
     """
     messages = reader.read(connections, limit, _KEPT)
     order = messages.begins // np.uint64(_KEPT_DTYPE.itemsize)

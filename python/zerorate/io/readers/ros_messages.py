@@ -1,7 +1,7 @@
-"""Messages of ROS of any type with meaningful names of fields: their numbers as columns.
+"""ROS messages of any type with meaningful field names: their numbers as columns.
 
-A type is known by the definition that a recording has of it. This runs where `ros` reads: in a
-process of its own.
+The recording contains the definition of each type. This module runs in the separate process of
+`ros`.
 """
 
 from __future__ import annotations
@@ -29,21 +29,20 @@ _FIX_COLUMNS: Final = {
     "longitude": "longitude_deg",
     "altitude": "altitude_m",
 }
-"""Columns of a fix, as its definition has them."""
+"""Columns of a fix, with the names in the message's definition."""
 _SENSOR_HINT: Final = re.compile(r"(?i)gyr|ang|rate|omega|rot|lat|acc|mag|imu|\b[wg]_?[xyz]\b")
-"""Words in the definition of a type that may have a sensor; others are not parsed."""
+"""Words in the definition of a type with a sensor; other types are not parsed."""
 _MAX_DEPTH: Final = 6
 _MAX_FIELDS: Final = 256
-"""Fields that are looked at."""
+"""Largest number of fields that are searched."""
 _MAX_ARRAY_NUMBERS: Final = 36
-"""Numbers of an array that are columns: those of a covariance of six."""
+"""Largest number of array elements that become columns, as in a 6 x 6 covariance."""
 
 
 class MessagePlan(NamedTuple):
-    """Positions of the numbers in a type of messages.
+    """Positions of the numbers in a type of message.
 
-    ``stamp`` leads to the time of a header; it is None where there is none, and the time is that of
-    reception.
+    ``stamp`` is the position of the header's time. If it is None, the time of reception is used.
     """
 
     names: tuple[str, ...]
@@ -52,17 +51,17 @@ class MessagePlan(NamedTuple):
 
     @property
     def has_gyro(self) -> bool:
-        """True if any of the numbers is of a gyro."""
+        """True if a number belongs to a gyro."""
         return any(map(looks_like_gyro, self.names))
 
 
 def make_plan(connection: _Connection) -> MessagePlan | None:
-    """Return the plan of a connection's messages; None if nothing in them is of a sensor."""
+    """Return the plan for a connection's messages; None if they have no sensor."""
     if connection.msgdef.data and not _SENSOR_HINT.search(connection.msgdef.data):
         return None
     try:
         fields = list(_find_fields(_make_type_store(connection), connection.msgtype, (), 0))
-    except Exception:  # what a damaged definition raises has no common base
+    except Exception:  # a damaged definition can raise any exception
         return None
     stamp = next((path for path, kind in fields if kind == "time" and "header" in path), None)
     paths = tuple(path for path, kind in fields if kind == "number")[:_MAX_FIELDS]
@@ -86,7 +85,7 @@ def _column_name(path: _Path) -> str:
 def decode_columns(
     plan: MessagePlan, connections: Iterable[tuple[_Connection, int, bytes]], wanted: Sequence[int]
 ) -> list[Column]:
-    """Return columns of messages, each with its connection, time of reception, and bytes."""
+    """Return columns from messages with their connections, times of reception, and bytes."""
     paths = [plan.paths[i - 1] for i in wanted if i]
     getters = [partial(_get_field, path=path) for path in paths]
     decode: dict[int, Callable[[bytes], Any]] = {}
@@ -121,7 +120,7 @@ def _make_decoder(connection: _Connection) -> Callable[[bytes], Any]:
 
 
 def _make_type_store(connection: _Connection) -> _Store:
-    """Return the types that a connection's messages are made of, as the recording defines them."""
+    """Return the types in a connection's messages, as the recording defines them."""
     from rosbags.interfaces import MessageDefinitionFormat as Form
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
@@ -139,7 +138,7 @@ def _make_type_store(connection: _Connection) -> _Store:
 
 
 def _find_fields(store: _Store, name: str, path: _Path, depth: int) -> Iterator[tuple[_Path, str]]:
-    """Yield the ways to the numbers and times in a type, of small arrays each of their own."""
+    """Yield the positions of numbers and times in a type; small arrays yield each element."""
     if depth > _MAX_DEPTH:
         return
     for field, (node, details) in store.fielddefs[name][1]:

@@ -1,4 +1,4 @@
-"""Text tables whose rows are of several sensors: messages, labels of a kind, numbers of a unit."""
+"""Text tables with rows of several sensors, marked by message names, labels or numbers."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ _DATAFLASH_COLUMNS: Final = {
     "ACC": "TimeUS I SampleUS AccX AccY AccZ",
     "MAG": "TimeUS I MagX MagY MagZ",
 }
-"""Columns of messages of ArduPilot's DataFlash log, of which a part may lack the formats."""
+"""Columns of DataFlash messages, for a part of a log without the declarations."""
 _MAG_FIRST: Final = (
     "mag_x mag_y mag_z accel_x_mps2 accel_y_mps2 accel_z_mps2 gyro_x_radps gyro_y_radps"
     " gyro_z_radps"
 )
 _IMU_WORDS: Final = {"imu", "pimu", "sensor", "mpu"}
-"""Words of rows of a whole IMU, whose values tell the axes."""
+"""Words that mark rows of a whole IMU; the values show the sensors."""
 _SENTENCES: Final = {
     "VNYMR": f"sensor yaw pitch roll {_MAG_FIRST}",
     "VNIMU": f"sensor {_MAG_FIRST} temperature_degc pressure_kpa",
 }
-"""Columns of sentences of VectorNav's sensors."""
+"""Columns of VectorNav's sentences with sensors."""
 _AXES: Final = 3
 _FEW_ROWS: Final = 2
 _LINES: Final = 60
-"""Number of lines that show the structure of a text."""
+"""Number of lines tested for the structure of a text."""
 _SENSOR_WORDS: Final = {"sensor", "type", "message", "name", "label", "kind", "channel", "stream"}
 _INSTANCE_WORDS: Final = {
     "i",
@@ -77,17 +77,17 @@ _ANDROID_SENSORS: Final = {
     "16": ("gyroscope_uncalibrated", "radps"),
     "35": ("accelerometer_uncalibrated", "mps2"),
 }
-"""Numbers of sensors in Android, as of ``Sensor.TYPE_ACCELEROMETER``, with their units."""
+"""Numbers of Android's sensors, as in ``Sensor.TYPE_ACCELEROMETER``, with units."""
 _GRAVITY: Final = 9.80665
 _NEAR_GRAVITY: Final = 0.3
-"""Part by which the accelerations of a phone may differ from gravity, most of the time."""
+"""Largest relative difference between a phone's median acceleration and gravity."""
 _MAX_INSTANCES: Final = 16
 _MIN_TURN_PART: Final = 0.2
-"""Part of the rows that follow one of another sensor, at least, where sensors take turns."""
+"""Smallest share of rows that follow another sensor's row, if sensors alternate."""
 
 
 def make_content(tables: Mapping[str, Table]) -> Content:
-    """Return the content of tables by the names of their sensors, the first gyro's being chosen."""
+    """Return the content of tables by sensor; the default is the first gyro."""
 
     def topic(wanted: str | None) -> str:
         if wanted is not None:
@@ -108,9 +108,9 @@ def _has_kind(table: Table, *wanted: str) -> bool:
 
 
 def split_messages(raw: bytes) -> Content | None:
-    """Return the messages of a text whose lines begin with their name, as of DataFlash logs.
+    """Return the messages of a text with lines that begin with a message name, as in DataFlash.
 
-    Their columns are named by lines that begin with FMT.
+    Lines that begin with FMT define the columns.
     """
     lines = first_lines(raw, 50)
     first = [split_cells(line.text, ",") for line in lines]
@@ -136,9 +136,9 @@ def split_messages(raw: bytes) -> Content | None:
 
 
 def labelled(raw: bytes) -> Content | None:
-    """Return the rows of a text in which a cell, always the same, has the word of a sensor.
+    """Return the rows of a text by the sensor word in a fixed column.
 
-    Their columns are named by a header, else the clock and the three axes are found by the values.
+    A header names the columns. Without a header, the values show the clock and the three axes.
     """
     lines = first_lines(raw, _LINES)
     body = [line for line in lines if re.search(r"\d", line.text)]
@@ -182,7 +182,7 @@ def labelled(raw: bytes) -> Content | None:
 
 
 def _words_of_sensors(cells: list[str]) -> bool:
-    """Return True if cells have few words, and that of a sensor among them."""
+    """Return True if the cells have few different words, with a sensor among them."""
     words = set(cells)
     texts = all(re.match(r"[$<\[]?[A-Za-z]", cell) and not is_value(cell) for cell in words)
     return texts and len(words) <= _MAX_INSTANCES and any(map(_kind_of, words))
@@ -196,9 +196,9 @@ def _kind_of(word: str) -> str | None:
 
 
 def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
-    """Return the table of the rows of a sensor by its word, which stands in one of the columns.
+    """Return the table of a sensor's rows; `word` is in column `at`.
 
-    ``stated`` are the names of the columns where a remark has them.
+    ``stated`` are the names of the columns in a comment, if any.
     """
     layout, _ = find_layout(raw)
     layout = replace(layout, offset=0, lines_before=0, header=None, names=None)
@@ -218,7 +218,7 @@ def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
 
 
 def _names_by_values(table: Table, word: str, at: int) -> list[str]:
-    """Return names of the clocks, which rise, and of the three axes behind them, none if unsure."""
+    """Return names of the increasing clocks and the three axes after them; empty if unsure."""
     numbers = {
         i: column for i in range(table.width) if (column := load_column(table, i)) is not None
     }
@@ -232,7 +232,7 @@ def _names_by_values(table: Table, word: str, at: int) -> list[str]:
 
 
 def table_of_rows(raw: bytes, layout: Layout) -> Table:
-    """Return the table of rows of one layout."""
+    """Return the table of rows with one layout."""
     return Table(
         width=layout.width,
         load=lambda wanted: parse_columns(raw, layout, list(wanted)),
@@ -242,7 +242,7 @@ def table_of_rows(raw: bytes, layout: Layout) -> Table:
 
 
 def _parse_formats(formats: list[bytes]) -> dict[str, str]:
-    """Return the columns of messages by name: ``FMT, type, length, name, format, columns``."""
+    """Return the columns by message from lines ``FMT, type, length, name, format, columns``."""
     columns = {}
     for line in formats:
         cells = [cell.strip() for cell in line.decode("latin-1").split(",")]
@@ -263,7 +263,7 @@ def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | Non
 def split_by_label(table: Table) -> Content | None:
     """Return the sensors of a table with a column that names the sensor of each row.
 
-    That are texts, or the numbers that Android has for sensors.
+    The names are texts, or Android's numbers of sensors.
     """
     if table.names is None or table.labels is None or _has_kind(table, *_KINDS):
         return None
@@ -290,7 +290,7 @@ def split_by_label(table: Table) -> Content | None:
 
 
 def with_android_names(table: Table) -> Table:
-    """Return rows of a time, the number of a sensor in Android and three axes with names."""
+    """Return the table with names, if rows are a time, Android's sensor number and three axes."""
     if table.names is not None or table.width != 2 + _AXES or table.labels is None:
         return table
     axes = [2, 3, 4]
@@ -306,7 +306,7 @@ def with_android_names(table: Table) -> Table:
 
 
 def _find_bare_axes(names: Sequence[str]) -> list[int]:
-    """Return the three columns of axes without a sensor: x, y, z or values by their number."""
+    """Return the three columns of axes without a sensor: x, y, z or numbered values."""
     letters = [i for i, name in enumerate(names) if parse_name(name).kind == ""]
     values = [
         i for i, name in enumerate(names) if re.fullmatch(r"values?\W*[0-3]\W*", name.lower())
@@ -315,7 +315,7 @@ def _find_bare_axes(names: Sequence[str]) -> list[int]:
 
 
 def _are_android(parts: Mapping[str, Table], axes: list[int]) -> bool:
-    """Return True if rows are labelled by Android's numbers: those of 1 have about 1 g."""
+    """Return True if labels are Android's numbers: rows with label 1 have about 1 g."""
     if "1" not in parts or not all(name.isdigit() for name in parts):
         return False
     columns = [load_column(parts["1"], index) for index in axes]
@@ -333,13 +333,13 @@ def _rename_axes(table: Table, axes: list[int], label: str, unit: str) -> Table:
 
 
 def split_by_instance(table: Table) -> Content | None:
-    """Return the sensors of a table, distinguished by its column of small numbers."""
+    """Return the sensors of a table, distinguished by a column of small numbers."""
     parts = _split_instances(table, "") if _has_kind(table, *_KINDS) else {}
     return make_content(parts) if len(parts) > 1 else None
 
 
 def _split_instances(table: Table, label: str) -> dict[str, Table]:
-    """Return the rows of each instance by its number, or the whole under its own name."""
+    """Return the rows of each instance by number, or the whole table under its own name."""
     names = table.names or ()
     column = next((i for i, name in enumerate(names) if _is_instance_column(table, i, name)), None)
     if column is None:
@@ -359,7 +359,7 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
 
 
 def _is_instance_column(table: Table, index: int, name: str) -> bool:
-    """Return True if a column of this name holds the numbers of sensors that alternate."""
+    """Return True if a column of this name contains the numbers of alternating sensors."""
     words = set(words_of(name))
     if not words or not words <= _INSTANCE_WORDS:
         return False

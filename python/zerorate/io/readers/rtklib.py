@@ -1,4 +1,4 @@
-"""RTKLIB's solution files: fixes in latitude, longitude and height."""
+"""RTKLIB's solution files: fixes with latitude, longitude and height."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _ROW: Final = (
 _SOLUTION_START: Final = re.compile(
     rf"^%\s*(?:GPST|UTC|JST)\b.*\(|\A(?:%[^\n]*\n|[ \t\r]*\n)*{_ROW}".encode(), re.MULTILINE
 )
-"""A row counts only at the beginning: a table of numbers below names may look like rows."""
+"""Pattern for the beginning of a file; in other tables, later rows may look similar."""
 _DATE: Final = re.compile(r"(\d{4})/(\d\d)/(\d\d)$")
 _WEEK_S: Final = 604_800
 _GPS_EPOCH_DAYS: Final = 3657
-"""From 1970 to the beginning of the first week of GPS, 6 January 1980."""
+"""Days from 1970 to the first week of GPS, 6 January 1980."""
 
 _STANDARD_COLUMNS: Final = (
     "latitude(deg)", "longitude(deg)", "height(m)", "Q", "ns", "sdn(m)", "sde(m)", "sdu(m)",
@@ -59,7 +59,7 @@ _UNSUPPORTED: Final = {
 
 
 def looks_like_rtklib(head: bytes) -> bool:
-    """Return True if the beginning of a file has the header or a row of a solution."""
+    """Return True if a file begins with the header or a row of a solution."""
     return _SOLUTION_START.search(head) is not None
 
 
@@ -96,7 +96,7 @@ def _strip_unit(name: str) -> str:
 
 
 def _find_header(lines: Sequence[str]) -> tuple[str, tuple[str, ...]]:
-    """Return the scale of time, and the names of the columns after it."""
+    """Return the time scale, and the names of the columns after the time."""
     for line in lines:
         match = _HEADER.match(line)
         if match is None:
@@ -118,7 +118,7 @@ def _find_header(lines: Sequence[str]) -> tuple[str, tuple[str, ...]]:
 def _read_rows(
     lines: Sequence[str], names: Sequence[str]
 ) -> Iterator[tuple[str, str, list[float]]]:
-    """Yield the two cells of the time, and all numbers after them."""
+    """Yield the two cells of the time, and the numbers after them."""
     width = 0
     for number, line in enumerate(lines, start=1):
         if not line.strip() or line.startswith(("%", "#")):
@@ -126,7 +126,7 @@ def _read_rows(
         cells = re.split(r"\s*,\s*|\s+", line.strip())
         width = width or len(cells)
         if len(cells) != width or len(cells) < 5:
-            # A run that is being written, or was killed, ends within a line.
+            # The last line is incomplete if RTKLIB is still running or was killed.
             if number == len(lines) and width:
                 return
             raise LogError(f"line {number} has {len(cells)} cells, expected {max(width, 5)}")
@@ -139,7 +139,7 @@ def _read_rows(
 
 
 def _parse_times(rows: Sequence[tuple[str, ...]]) -> Column:
-    """Return dates to the nanosecond, from dates or from weeks and seconds of GPS."""
+    """Return dates to the nanosecond, from dates or from GPS weeks and seconds."""
     if _DATE.match(rows[0][0]):
         date_times = parse_dates([f"{day.replace('/', '-')}T{clock}" for day, clock in rows])
         if date_times is None:

@@ -1,7 +1,8 @@
-"""Text tables: comma, semicolon, tab or blanks between cells, with or without a header.
+"""Text tables: cells separated by comma, semicolon, tab or blanks, with or without a header.
 
-`zerorate.io.readers.layouts` finds the layout from the first lines, `zerorate.io.readers.parsers`
-reads the rows, and `zerorate.io.readers.rows` knows tables whose rows are of several sensors.
+`zerorate.io.readers.layouts` finds the layout from the first lines, and
+`zerorate.io.readers.parsers` reads the rows. `zerorate.io.readers.rows` reads tables with rows of
+several sensors.
 """
 
 from __future__ import annotations
@@ -48,16 +49,16 @@ _UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 _SERIAL_STAMP: Final = SERIAL_STAMP.pattern.encode()
 _AXES: Final = (0, 1, 2)
 _PART: Final = 0.1
-"""Rows of a set of names, of those of the commonest, from which on it is a sensor."""
+"""Smallest share of a sensor's rows, relative to the most frequent set of names."""
 _ZEROS: Final = re.compile(rb"\0+")
 _FEW_BLOCKS: Final = 0.05
-"""Blocks of zeros, of the lines, up to which a file is a text with gaps."""
+"""Largest share of zero blocks, relative to the lines, in a text with gaps."""
 _LISTED: Final = 8
-"""Torn lines that a note names."""
+"""Number of torn lines that a note lists."""
 
 
 def read(path: Path) -> Content:
-    """Return the content of a text."""
+    """Return the content of a text file."""
     raw = _without_zeros(_to_utf8(path.read_bytes()).rstrip(b"\0"))
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
@@ -69,7 +70,7 @@ def read(path: Path) -> Content:
 
 
 def _read_rows(raw: bytes, stem: str) -> Content:
-    """Return the content of a text of rows, in a file of some name."""
+    """Return the content of a text with rows; `stem` is the name of the file."""
     raw, has_stamps = _strip_arrows(_with_one_mark(raw))
     content = split_messages(raw) or labelled(raw)
     if content is not None:
@@ -84,7 +85,7 @@ def _read_rows(raw: bytes, stem: str) -> Content:
 
 
 def _track(raw: bytes) -> Content | None:
-    """Return the points of a GPX as a table, None for any other text."""
+    """Return the points of a GPX file as a table; None for other texts."""
     if b"<gpx" not in raw[: 1 << 12]:
         return None
     names = ("time", "latitude_deg", "longitude_deg", "height_m", "speed_mps", "course_deg")
@@ -101,9 +102,9 @@ def _track(raw: bytes) -> Content | None:
 
 
 def tokenized(raw: bytes, stem: str = "") -> Content | None:
-    """Return the content of lines of names and numbers, a table for each set of names.
+    """Return the content of lines with names and numbers: a table per set of names.
 
-    ``stem`` is the name of the file, which may be that of a sensor.
+    ``stem`` is the name of the file, which may name a sensor.
     """
     raw = _listed_lines(raw)
     head = [line.text for line in first_lines(raw, 60)]
@@ -136,9 +137,10 @@ def tokenized(raw: bytes, stem: str = "") -> Content | None:
 
 
 def _listed_lines(raw: bytes) -> bytes:
-    """Return the objects of a document of JSON as lines, any other text as it is.
+    """Return the objects of a JSON document as lines; other texts unchanged.
 
-    They are a list, alone or within an object, or lists of one length by the names of columns.
+    The document is a list of objects, alone or within an object. Or it has lists of equal length by
+    column.
     """
     if not raw.lstrip().startswith((b"[", b"{")):
         return raw
@@ -167,14 +169,14 @@ def _find_objects(document: Any) -> Sequence[Any] | None:  # noqa: ANN401  # wha
 
 
 def _without_zeros(raw: bytes) -> bytes:
-    """Return a text of which blocks were never written, with a mark that makes torn lines there."""
+    """Return a text with gaps of zero bytes replaced by a mark that makes these lines torn."""
     if b"\0" not in raw or len(runs := _ZEROS.findall(raw)) > _FEW_BLOCKS * raw.count(b"\n"):
         return raw
     return _ZEROS.sub(b"?", raw) if runs else raw
 
 
 def _check_no_result(raw: bytes) -> None:
-    """Refuse a file that this package has saved: a mistaken argument, never a log."""
+    """Raise LogError for a file that zerorate has saved, because it is no log."""
     match = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
     if match is not None:
         raise LogError(f"the file holds a result of zerorate ({match[1].decode()}), expected a log")
@@ -190,14 +192,14 @@ def _to_utf8(raw: bytes) -> bytes:
 
 
 def _with_one_mark(raw: bytes) -> bytes:
-    """Return rows with a comma and a tab between cells with tabs alone."""
+    """Return rows with a comma and a tab between cells with tabs only."""
     lines = first_lines(raw, 20)
     both = lines and all(0 < line.text.count("\t") <= line.text.count(",\t") for line in lines)
     return raw.replace(b",\t", b"\t") if both else raw
 
 
 def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
-    """Return the lines of a serial monitor with their times as cells, and True if they had any."""
+    """Return a serial monitor's lines with their times as cells, and True if they had times."""
     match = re.match(_SERIAL_STAMP + rb"(.*)", raw)
     if match is None:
         return raw, False
@@ -211,7 +213,7 @@ def _read_table(raw: bytes) -> Table:
 
 
 def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
-    """Return the table of a layout in bytes, without a last line that is cut."""
+    """Return the table of bytes with a layout, without an incomplete last line."""
     raw, cut = without_torn_end(raw, layout)
     notes = [*meta.notes, *describe_lines(raw, layout)]
     if cut is not None:
@@ -228,14 +230,14 @@ def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
 
 
 def _named(table: Table, stem: str) -> Table:
-    """Return the table with names by that of its file, or by its values, without torn lines too."""
+    """Return the table with columns named by the file's name or by values."""
     whole = table.whole
     named = named_by_values(_name_by_file(table, stem))
     return named if whole is None else replace(named, whole=lambda: _named(whole(), stem))
 
 
 def _name_by_file(table: Table, stem: str) -> Table:
-    """Return the table with x, y, z named after the sensor that the file is named after."""
+    """Return the table with x, y, z named after the sensor in the file's name."""
     parsed_names = [parse_name(name) for name in table.names or ()]
     bare = [i for i, own in enumerate(parsed_names) if own.kind == "" and own.axis is not None]
     axes = sorted(parsed_names[i].axis or 0 for i in bare)
@@ -256,7 +258,7 @@ def _name_by_file(table: Table, stem: str) -> Table:
 
 
 def find_sensor_files(folder: Path) -> list[Path]:
-    """Return the files of sensors, calibrated ones first, accelerations with gravity alone."""
+    """Return the files of sensors, calibrated first; accelerations without gravity are excluded."""
     kinds = {file: parse_name(f"{file.stem} x") for file in sorted(folder.glob("*.csv"))}
     files = [
         file
@@ -270,7 +272,7 @@ def find_sensor_files(folder: Path) -> list[Path]:
 
 
 def read_folder(folder: Path) -> Content:
-    """Return a table of each file of a sensor in a folder."""
+    """Return a table for each file of a sensor in a folder."""
     tables = {}
     for file in find_sensor_files(folder):
         try:
@@ -282,7 +284,7 @@ def read_folder(folder: Path) -> Content:
 
 
 def make_text_header(names: Sequence[str], delimiter: str) -> str:
-    """Return the header line of a text table, without its end."""
+    """Return the header line of a text table, without a line end."""
     line = io.StringIO()
     csv.writer(line, delimiter=delimiter, lineterminator="").writerow(map(make_inert, names))
     return line.getvalue()

@@ -1,7 +1,7 @@
-"""Lines of names and numbers that are no table: one tokenizer for logs and live streams.
+"""Tokenizer of lines with names and numbers, for logs and live streams.
 
-Lines of JSON, InfluxDB's line protocol, what ROS echoes, and the consoles of microcontrollers
-(``gx: 0.1 gy=0.2``, ``GYR: x=0.1 y=0.2``, ``(0.1, 0.2) (0.3, 0.4)``).
+It reads JSON, InfluxDB's line protocol, output of ``ros2 topic echo``, and consoles of
+microcontrollers (``gx: 0.1 gy=0.2``, ``GYR: x=0.1 y=0.2``, ``(0.1, 0.2) (0.3, 0.4)``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from zerorate.record.names import KIND_OF_UNIT, canonical_spelling, is_unit, mea
 from zerorate.record.words import parse_name
 
 Tokens: TypeAlias = dict[str, str]
-"""Cells of a sample by their names, ``column_0`` and so on where there is none."""
+"""Cells of a sample by name; cells without a name are ``column_0`` and so on."""
 
 _NUMBER: Final = r"(?:[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|NaN|inf)\b)"
 _NAME: Final = r"[A-Za-z_][\w.\[\]/-]*"
@@ -35,9 +35,9 @@ _STAMP: Final = re.compile(
     r"\W{0,3}(?:(\d{4}[-/]\d\d[-/]\d\d)[T ]|\d\d-\d\d |[A-Z][a-z]{2} +\d+ )?"
     r"(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)Z?\W"
 )
-"""Prefix that a console writes before a line: a date, perhaps without year, and a time of day."""
+"""Prefix of a console's line: a date, with or without year, and a time of day."""
 SERIAL_STAMP: Final = re.compile(r"(?m)^\[?(\d{1,2}:\d\d:\d\d[.,]?\d*)(?: -> |\]:? *)")
-"""Prefix that a serial monitor writes before a line."""
+"""Prefix of a serial monitor's line."""
 _ESP: Final = re.compile(r"(?:\x1b\[[\d;]*m)?[EWIDV] \((\d+)\) [^:]*: ?")
 _ZEPHYR: Final = re.compile(r"\[(\d+):(\d\d):(\d\d)[.,](\d{3})(?:,(\d{3}))?\] <\w+> [\w.]+: ?")
 _WORD: Final = r"(?:[^\s,=\\]|\\.)+"
@@ -46,17 +46,17 @@ _INFLUX: Final = re.compile(
     rf"{_WORD}(?:,{_WORD}={_WORD})* ({_FIELD}(?:,{_FIELD})*)(?: (-?\d{{9,}}))?"
 )
 _LONGEST: Final = 1 << 11
-"""Characters of a line of a console."""
+"""Largest length of a console's line, characters."""
 _BRACKETS: Final = re.compile(r"[()\[\]{},;]+")
 _YAML: Final = re.compile(r"([ ]*)(?:- )?([A-Za-z_]\w*):[ ]*(.*)")
 _DECLARED: Final = {"angular_velocity": "radps", "linear_acceleration": "mps2"}
-"""Units of messages of ROS."""
+"""Units in messages of ROS."""
 _AXES: Final = "xyz"
 JSON, INFLUX, ECHO, PAIRS, TUPLES = "JSON", "InfluxDB", "ROS echo", "names and numbers", "tuples"
 
 
 class Tokenizer:
-    """Takes lines of one kind, and gives the cells of each sample by their names.
+    """Reader of lines of one kind that returns the cells of each sample by name.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Tokenizer:
         self._open: Tokens = {}
 
     def take(self, line: str) -> Tokens | None:
-        """Return the cells of the sample that a line ends, None where it ends none."""
+        """Return the cells of the sample that this line completes; None if it completes none."""
         match self.kind:
             case "JSON":
                 return _of_json(line)
@@ -101,12 +101,12 @@ class Tokenizer:
 
 
 def tokenizer_of(lines: Sequence[str]) -> Tokenizer | None:
-    """Return the tokenizer for the first lines of a text, None for those of a table."""
+    """Return the tokenizer for the first lines of a text; None for a table."""
     body = [line for line in lines if line.strip()]
     for kind in (JSON, INFLUX, ECHO, TUPLES, PAIRS):
         fits = sum(_is_of(kind, line) for line in body)
         if kind == ECHO and not any(re.match(r"---|header:\s*$", line) for line in body):
-            continue  # a preamble has names and values as well
+            continue  # a preamble also has names and values
         if body and fits >= (0.5 if kind in (PAIRS, ECHO) else 0.9) * len(body):
             return Tokenizer(kind)
     return None
@@ -139,7 +139,7 @@ def _is_number(cell: str) -> bool:
 def _of_json(line: str) -> Tokens | None:
     text = line.strip().rstrip(",")
     try:
-        # What Python prints of a dict has other quotes.
+        # Python prints a dict with other quotes.
         found = json.loads(text.replace("'", '"') if text.startswith("{'") else text)
     except (ValueError, RecursionError):
         return None
@@ -151,7 +151,7 @@ def _of_json(line: str) -> Tokens | None:
 
 
 def _of_sensor(label: str, cells: Tokens) -> Tokens:
-    """Return the cells of a row of one sensor of several, whose word names its axes."""
+    """Return the cells of one of several sensors' rows, with axes named after its word."""
     bare = {k: parse_name(k) for k in cells}
     return {
         (f"{label}_{_AXES[own.axis]}" if own.kind == "" and own.axis is not None else k): cells[k]
@@ -184,7 +184,7 @@ def _of_influx(line: str) -> Tokens | None:
 
 
 class _Group:
-    """Numbers behind a name, or behind the word of a sensor, and their unit."""
+    """Numbers after a name or a sensor's word, and their unit."""
 
     def __init__(self, name: str, sensor: str) -> None:
         self.name, self.sensor = name, sensor
@@ -193,11 +193,11 @@ class _Group:
 
     @property
     def is_axis(self) -> bool:
-        """True if the name is that of an axis alone."""
+        """True if the name is only an axis."""
         return parse_name(self.name).kind == ""
 
     def cells(self, count: int) -> Iterator[tuple[str, str]]:
-        """Yield names and numbers, ``count`` cells standing before them."""
+        """Yield names and numbers; ``count`` is the number of cells before them."""
         unit = f" [{self.unit}]" if self.unit else ""
         word = self.name or self.sensor
         if len(self.values) == len(_AXES) and parse_name(f"{word} x").kind:
@@ -209,7 +209,7 @@ class _Group:
 
 
 def _of_console(line: str) -> Tokens | None:
-    """Return the numbers of a line by their names, each after the word of a sensor before it."""
+    """Return the numbers of a line by name, each with the sensor's word before it."""
     if len(line) > _LONGEST:
         return None
     cells, line = _stamp_of(line)
@@ -241,7 +241,7 @@ def _of_console(line: str) -> Tokens | None:
 
 
 def _without_marks(line: str) -> str:
-    """Return a line without quotes and the brackets around numbers."""
+    """Return a line without quotes and without brackets around numbers."""
     return _MARKS.sub(" ", _OPENED.sub(": ", line))
 
 
@@ -250,7 +250,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _tell_sensor(groups: Sequence[_Group], unit: str) -> None:
-    """Give axes without the word of a sensor that of their unit: ``X: 0, Y: 0, Z: 1 rad/s``."""
+    """Name axes without a sensor's word by their unit: ``X: 0, Y: 0, Z: 1 rad/s``."""
     kind = KIND_OF_UNIT.get(canonical_spelling(unit), "")
     for group in reversed(groups):
         if not group.name or not group.is_axis or group.sensor:
@@ -259,7 +259,7 @@ def _tell_sensor(groups: Sequence[_Group], unit: str) -> None:
 
 
 def _stamp_of(line: str) -> tuple[Tokens, str]:
-    """Return the time that a console writes before a line, none where it does not, and the rest."""
+    """Return the time before a console's line, if any, and the rest of the line."""
     if (esp := _ESP.match(line)) is not None:
         return {"time_ms": esp[1]}, line[esp.end() :]
     if (zephyr := _ZEPHYR.match(line)) is not None:

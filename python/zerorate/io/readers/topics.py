@@ -1,4 +1,4 @@
-"""Topics of autopilots' logs: the table that is read where several hold a gyro."""
+"""Topics of autopilots' logs: the choice between several topics with a gyro."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,19 +8,19 @@ from zerorate.record.names import looks_like_gyro
 
 
 def has_gyro(table: Table) -> bool:
-    """Return True if a column of the table is named as a gyro's."""
+    """Return True if a column of the table has the name of a gyro."""
     return any(map(looks_like_gyro, table.names or ()))
 
 
 def choose_topic(
     tables: Mapping[str, Table], candidates: Sequence[str], expected: str, topic: str | None
 ) -> str:
-    """Return the requested topic, or the first candidate that has a gyro.
+    """Return the requested topic, or the first candidate with a gyro.
 
     Raises
     ------
     LogError
-        If there is no such topic, or no candidate has a gyro; `expected` says what was looked for.
+        If the topic does not exist, or no candidate has a gyro; `expected` describes the search.
     """
     listed = ", ".join(sorted(tables)) or "none"
     if topic is not None:

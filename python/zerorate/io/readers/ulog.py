@@ -1,8 +1,8 @@
-"""ULog, the format of PX4's logs: definitions, subscriptions, and rows of topics by their number.
+"""ULog, the format of PX4's logs: definitions, subscriptions, and rows of numbered topics.
 
-Each message says its length, so the file is walked once and the rows of a topic are then taken all
-together. Every step goes forward and each limit follows the size of the file, so no bytes can hold
-the reader up. See https://docs.px4.io/main/en/dev_log/ulog_file_format.html.
+Each message states its length. The file is scanned once, then the rows of each topic are read
+together. Every step moves forward and all limits depend on the size of the file, so no file can
+block the reader. See https://docs.px4.io/main/en/dev_log/ulog_file_format.html.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _TYPES.items()}
 
 
 _MESSAGE_HEAD: Final = struct.Struct("<HBH")
-"""Bytes that follow the three of the header, the kind, and what a row begins with: its number."""
+"""Struct of a message header (length, kind) and the topic number at the beginning of a row."""
 _FRAME_BYTES: Final = 3
 _HEADER_BYTES: Final = 16
 _DATA_KIND: Final = ord("D")
@@ -52,19 +52,19 @@ _PARAMETER: Final = re.compile(rb"(float|int32_t) (\w{1,64})")
 _FIELD: Final = re.compile(r"([\w/-]{1,255})(?:\[(\d{1,5})\])? (\S{1,255})")
 
 _UINT16_MAX: Final = 0xFFFF
-"""Bytes in a message, numbers of topics, and so formats that can be of use."""
+"""Largest length of a message, topic number, and number of usable formats."""
 _MAX_DEPTH: Final = 16
 _RESYNC_MESSAGES: Final = 3
-"""Messages one behind the other that show that damage is over."""
+"""Number of consecutive valid messages that end a damaged part."""
 _FIELD_BYTES: Final = 256
-"""Bytes of memory, about, that a field takes apart from its name and its values."""
+"""Approximate memory for a field without its name and values, bytes."""
 _FREE_BYTES: Final = 1 << 23
-"""Bytes that the fields of a log may take in any case; beyond, as many as the file has."""
+"""Memory that the fields of any log may use, bytes; larger files may use their size."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """Fields of one instance of a topic, each (n,), by flat names such as ``q[0]``."""
+    """Fields of one instance of a topic, each (n,), with flat names such as ``q[0]``."""
 
     name: str
     instance: int
@@ -73,7 +73,7 @@ class Topic:
 
 @dataclass
 class ULog:
-    """Topics of a log, the last values of its parameters, its dropouts with their time in ms.
+    """Topics of a log, last values of its parameters, and dropouts with their times, ms.
 
     ``lost_bytes`` is the number of unreadable bytes, ``cut_bytes`` the size of an incomplete last
     message.
@@ -88,13 +88,13 @@ class ULog:
 
 
 def parse_log(raw: bytes) -> ULog:
-    """Return the sound parts of a log in bytes.
+    """Return the valid parts of a log.
 
     Raises
     ------
     ValueError
-        If the header is damaged, the log must be read in a way that is not known here, or it
-        declares more than it can hold.
+        If the header is damaged, the log needs an unknown way of reading, or it declares more data
+        than it contains.
     """
     if len(raw) < _HEADER_BYTES or not raw.startswith(MAGIC):
         raise ValueError("the header is damaged")
@@ -106,7 +106,7 @@ def parse_log(raw: bytes) -> ULog:
 
 
 def _find_parts(raw: bytes) -> list[tuple[int, int]]:
-    """Return the spans of messages: a log lists the offsets at which others were appended."""
+    """Return the spans of messages; a log lists the offsets of appended data."""
     offsets: list[int] = []
     first = raw[_HEADER_BYTES : _HEADER_BYTES + _FRAME_BYTES + 40]
     if len(first) == _FRAME_BYTES + 40 and first[2:3] == b"B":
@@ -120,7 +120,7 @@ def _find_parts(raw: bytes) -> list[tuple[int, int]]:
 
 
 class _Field(NamedTuple):
-    """A field of a format: of a plain kind or another format, maybe several times."""
+    """Field of a format: a plain type or another format, possibly an array."""
 
     kind: str
     times: int | None
@@ -128,30 +128,30 @@ class _Field(NamedTuple):
 
 
 class _RowSize(NamedTuple):
-    """Bytes of a row, with and without the padding at its end."""
+    """Bytes of a row, with and without padding at its end."""
 
     min_bytes: int
     max_bytes: int
 
 
 class _Formats:
-    """Formats by name, each looked into when a topic of it is subscribed to."""
+    """Formats by name, each parsed when one of its topics is subscribed."""
 
     def __init__(self) -> None:
         self._texts: dict[str, bytes] = {}
         self._rows: dict[str, _RowSize | None] = {}
 
     def add(self, data: bytes) -> None:
-        """Take a definition; the first of a name holds."""
+        """Add a definition; the first definition of a name is used."""
         name, _, text = data.partition(b":")
         if len(self._texts) < _UINT16_MAX:
             fields = b";".join(filter(None, text.split(b";")))
             self._texts.setdefault(name.decode("ascii", "replace"), fields)
 
     def row_size(self, name: str, depth: int = 0) -> _RowSize | None:
-        """Return the size and fields of a row of a format, None where unknown or damaged."""
+        """Return the size and fields of a format's row; None if unknown or damaged."""
         if name not in self._rows and name in self._texts and depth < _MAX_DEPTH:
-            self._rows[name] = None  # for a format within itself
+            self._rows[name] = None  # for a format that contains itself
             try:
                 self._rows[name] = self._measure(name, depth)
             except ValueError:
@@ -179,12 +179,12 @@ class _Formats:
             yield _Field(kind, None if times is None else int(times), label)
 
     def plain_fields(self, name: str, size: int, free: int) -> dict[str, str]:
-        """Return the plain fields in the first bytes of a row, empty if two have one name.
+        """Return the plain fields in the first bytes of a row; empty if two have the same name.
 
         Raises
         ------
         ValueError
-            If they take more memory than is free.
+            If the fields need more memory than `free`.
         """
         fields: dict[str, str] = {}
         for label, kind in self._flatten(name, ""):
@@ -193,7 +193,7 @@ class _Formats:
             if free < 0:
                 raise ValueError("it declares more fields than a log of its size can hold")
             if size < 0:
-                break  # what is left pads the row
+                break  # the rest is padding
             if label in fields:
                 return {}
             fields[label] = _TYPES[kind]
@@ -209,7 +209,7 @@ class _Formats:
 
 
 class _TopicRows(NamedTuple):
-    """Offsets of the rows of a topic, and the bytes that a message of it may have."""
+    """Offsets of a topic's rows, and the possible bytes of its messages."""
 
     min_bytes: int
     max_bytes: int
@@ -217,7 +217,7 @@ class _TopicRows(NamedTuple):
 
 
 class _LogWalker:
-    """One walk over the messages of a log."""
+    """Scanner of a log's messages."""
 
     def __init__(self, raw: bytes) -> None:
         self.log = ULog()
@@ -228,7 +228,7 @@ class _LogWalker:
         self._numbered: dict[int, _TopicRows] = {}
 
     def read_part(self, at: int, end: int) -> None:
-        """Take the messages between two places."""
+        """Read the messages between two offsets."""
         self._end = end
         raw, unpack, numbered = self._raw, _MESSAGE_HEAD.unpack_from, self._numbered
         while at + _MESSAGE_HEAD.size <= end:
@@ -276,7 +276,7 @@ class _LogWalker:
         return name, self._formats.row_size(name)
 
     def _is_sound(self, at: int) -> bool:
-        """Return True if a message can be as declared, and all of it is there."""
+        """Return True if a message agrees with its declaration and is complete."""
         size, kind, number = _MESSAGE_HEAD.unpack_from(self._raw, at)
         at, after = at + _FRAME_BYTES, at + _FRAME_BYTES + size
         if after > self._end:
@@ -294,24 +294,25 @@ class _LogWalker:
             case "R" | "O":
                 return bool(size == 2)
             case "B" | "I" | "M" | "P" | "Q" | "L" | "C":
-                # Their form says little; one that lost its true length ends anywhere.
+                # Such messages have little structure; with a damaged length, their end is
+                # arbitrary.
                 return size > 1 and self._has_messages(after, _RESYNC_MESSAGES)
         return False
 
     def _skip_damage(self, at: int, after: int) -> int:
-        """Return the offset at which to go on behind a message that cannot be read."""
+        """Return the offset at which to continue after an unreadable message."""
         is_framed = after <= self._end and self._has_messages(
             after, _RESYNC_MESSAGES
-        )  # but for its kind or number
+        )  # except for its kind or number
         resume = after if is_framed else self._find_next(at)
         if resume < self._end or after <= self._end or self._raw[at + 2] not in _MESSAGE_KINDS:
             self.log.lost_bytes += resume - at
-        elif self._end == len(self._raw):  # and not what another part was appended to
+        elif self._end == len(self._raw):  # nothing was appended after this part
             self.log.cut_bytes = self._end - at
         return resume
 
     def _find_next(self, at: int) -> int:
-        """Return the offset of the next message behind an offset, or the end of all."""
+        """Return the offset of the next message after an offset, or the end."""
         for known in _KNOWN_KIND.finditer(self._raw, at + _FRAME_BYTES, self._end - 2):
             start = known.start() - 2
             after = start + _FRAME_BYTES + _MESSAGE_HEAD.unpack_from(self._raw, start)[0]
@@ -320,7 +321,7 @@ class _LogWalker:
         return self._end
 
     def _has_messages(self, at: int, messages: int) -> bool:
-        """Return True if so many messages may follow each other from an offset, or to the end."""
+        """Return True if a number of messages can follow from an offset on, or up to the end."""
         for _ in range(messages):
             if at + _MESSAGE_HEAD.size > self._end:
                 break
@@ -331,7 +332,7 @@ class _LogWalker:
         return True
 
     def gather_topics(self) -> None:
-        """Take the rows of each topic together, its fields as views of them."""
+        """Collect the rows of each topic, with fields as views of them."""
         free = _FREE_BYTES + len(self._raw)
         for (name, instance), rows in self._rows.items():
             size = rows.min_bytes - 2

@@ -1,4 +1,4 @@
-"""Many logs at once, on the cores of one machine or on a cluster."""
+"""Processing of many logs, on the cores of one machine or on a cluster."""
 
 from zerorate.tasks.batch.fleet import Fleet, Outlier
 from zerorate.tasks.batch.run import BatchResult, batch

@@ -1,4 +1,4 @@
-"""The noise of one log of a batch, as ``zerorate allan`` estimates it, without a figure."""
+"""Noise of one log of a batch, as in ``zerorate allan`` without a figure."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,7 +26,7 @@ _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 
 def _characterise_log(settings: "Settings", source: LogPath, output: Path) -> LogOutput:
     """Write the noise models of all axes of a log."""
-    # The second opinion is part of neither the models nor the rows.
+    # The estimate from the spectrum is in neither the models nor the rows.
     result = characterise(source, second_opinion=False, **settings.reading)
     sensors = result.sensors
     with atomic_path(output, force=True) as temporary:
@@ -56,7 +56,7 @@ def allan_rows(sensor: Characterisation) -> Iterator[Row]:
 
 
 def _deviations(log: Log) -> list[Row]:
-    """Return the deviations of each axis, None where the log is too short for them."""
+    """Return the deviations of each axis; None if the log is too short."""
     factors = {name: round(tau * log.rate) for name, tau in _TAUS.items()}
     cluster_lengths = {name: m for name, m in factors.items() if 1 <= m <= log.n // 2}
     rows: list[Row] = [dict.fromkeys(_TAUS) for _ in log.names]
@@ -73,14 +73,14 @@ def _deviations(log: Log) -> list[Row]:
 
 
 def _coefficients(axis: Axis, unit: str) -> Row:
-    """Return value, error, flag and bound of each coefficient, None without a model."""
+    """Return value, error, flag and bound of each coefficient; None without a model."""
     if axis.model is None:
         return dict.fromkeys(_COEFFICIENTS)
     factor = 1.0 / si_unit(unit)[0]
     row: dict[str, float | bool | None] = {}
     for name in _TERMS:
         coefficient = getattr(axis.model, name).scaled(factor)
-        # What a record does not determine has a bound, and no value that could be sorted by.
+        # An undetermined coefficient has only a bound, so tables are not sorted by its value.
         value, sigma = (
             (coefficient.value, coefficient.sigma) if coefficient.identifiable else (None, None)
         )

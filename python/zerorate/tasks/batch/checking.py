@@ -1,4 +1,4 @@
-"""The checks of one log of a batch, by `zerorate.check`: JSON, and one row per sensor."""
+"""Checks of one log of a batch by `zerorate.check`: JSON, and one row per sensor."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster, on this machine or elsewhere."""
+"""Workers of a Dask cluster, on this machine or others."""
 
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -19,7 +19,7 @@ _CONNECT_TIMEOUT_S: Final = 30.0
 
 
 class Cluster:
-    """The workers behind a client."""
+    """Workers of a client."""
 
     def __init__(self, client: Any) -> None:  # noqa: ANN401  # its package is optional
         self._client = client
@@ -27,7 +27,7 @@ class Cluster:
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's result when it ends; leaving early cancels tasks not yet started."""
+        """Yield the result of each finished task; an early exit cancels waiting tasks."""
         step = max_running or max(1, len(tasks))
         for first in range(0, len(tasks), step):
             yield from self._run_chunk(work, tasks[first : first + step])
@@ -35,7 +35,7 @@ class Cluster:
     def _run_chunk(
         self, work: Callable[[T], R], tasks: Sequence[T]
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        # Not pure: a second try must not find the first one's failure under the same key.
+        # Not pure: otherwise a repeated task gets the first failure from the cache.
         futures = self._client.map(work, tasks, pure=False)
         pending = dict(zip(futures, tasks, strict=True))
         del futures
@@ -43,7 +43,7 @@ class Cluster:
         try:
             for future in ends:
                 yield _task_end(future, pending.pop(future))
-                # An answer that stays in a worker's memory is computed again if that one dies.
+                # A result in a worker's memory is computed again if the worker dies.
                 future.release()
         finally:
             if pending:
@@ -75,7 +75,7 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     distributed = _import_distributed()
     from dask import config as dask_config
 
-    # A second try next to others would show nothing: suspects are run alone later.
+    # Repeating a task next to others shows nothing; such tasks run alone later.
     with force_single_thread(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
         with block_child_interrupts():
             cluster = distributed.LocalCluster(
@@ -98,7 +98,7 @@ def connect_scheduler(address: str) -> Iterator[Cluster]:
     ConnectionError
         If the scheduler cannot be reached, has no worker within half a minute, or is lost later.
     ImportError
-        Without the package distributed, of the extra ``cluster``.
+        If the package distributed (extra ``cluster``) is not installed.
     """
     distributed = _import_distributed()
     try:
@@ -113,7 +113,7 @@ def connect_scheduler(address: str) -> Iterator[Cluster]:
         try:
             yield Cluster(client)
         except (CancelledError, OSError):
-            # A log's own faults are outcomes: what is raised here is the connection's end.
+            # A fault of a log is an outcome; an error here means a lost connection.
             raise ConnectionError(
                 f"the scheduler at '{address}' is gone: the next run continues from here"
             ) from None
@@ -121,7 +121,7 @@ def connect_scheduler(address: str) -> Iterator[Cluster]:
 
 @contextmanager
 def _silence_client_log() -> Iterator[None]:
-    """Keep a client's log, which shows a lost connection by tracebacks, to itself."""
+    """Silence the client's log, which shows a lost connection with tracebacks."""
     log = logging.getLogger("distributed.client")
     before = log.level
     log.setLevel(logging.CRITICAL)

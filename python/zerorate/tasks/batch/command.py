@@ -1,4 +1,4 @@
-"""Contract of a command that a batch runs on each log."""
+"""Interface of the commands that a batch runs on each log."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from zerorate.tasks.batch.task import Settings
 
 LogPath = Path | str
-"""A log of a batch: a file, or its address in a store."""
+"""Log of a batch: a file, or its address in an object store."""
 
 Row = Mapping[str, str | float | int | bool | None]
-"""Measures of one axis by the names of the columns; None where a number means nothing."""
+"""Measures of one axis by column; None for a measure without a meaning."""
 
 
 class LogOutput(NamedTuple):
-    """Result of a log: one row for each axis, and notes."""
+    """Output of a log: one row for each axis, and notes."""
 
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -28,20 +28,20 @@ class LogOutput(NamedTuple):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column in which logs are compared with each other.
+    """Column in which logs are compared with each other.
 
     Parameters
     ----------
     column : str
-        Its name.
+        Name of the column.
     unit : str
-        Its unit; ``{}`` stands for the log's unit.
+        Unit of the column; ``{}`` is replaced by the log's unit.
     sigma : str, optional
-        The column of its standard error.
+        Column with the standard error.
     signed : bool
-        True if values can be negative: logs are then compared by differences, not by ratios.
+        True if values can be negative; then logs are compared by differences instead of ratios.
     two_sided : bool
-        True if values below those of other logs are outliers, too.
+        True if small values are outliers, too.
     """
 
     column: str
@@ -58,17 +58,17 @@ class Command:
     Parameters
     ----------
     name : str
-        As users write it.
+        Name of the command.
     mark : str
-        Text that its file names add to the name of the log.
+        Text that is added to the log's name for its files.
     ending : callable
-        Returns the rest of the output's name for the requested format.
+        Function of the format that returns the rest of the output's name.
     work : callable
-        Reads a log with the settings, writes the output, and returns rows and notes.
+        Function of settings, log and output; it writes the output and returns rows and notes.
     columns : mapping of str to type
-        Columns of the rows besides axis and unit: int, float, bool or str.
+        Types of the columns, except axis and unit: int, float, bool or str.
     quantities : tuple of Quantity
-        Quantities in which a log can be an outlier.
+        Quantities that are compared between logs.
     """
 
     name: str
@@ -79,13 +79,13 @@ class Command:
     quantities: tuple[Quantity, ...]
 
     def paths(self, log: Path, format: str) -> tuple[Path, Path]:
-        """Return the paths of the output and of its record for a log of this name."""
+        """Return the paths of the output and its record for a log with this name."""
         base = f"{log.stem}{self.mark}"
         return log.with_name(f"{base}{self.ending(format)}"), log.with_name(f"{base}.json")
 
 
 def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments of `zerorate.read_recording`, where each sensor has its own unit."""
+    """Return arguments of `zerorate.read_recording`, with a unit for each sensor."""
     arguments = dict(reading)
     if arguments["unit"] is not None:
         units = map(canonical_unit, arguments["unit"].split(","))
@@ -96,5 +96,5 @@ def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a measure, or None if it is NaN or infinite, which JSON cannot hold."""
+    """Return a measure; None if it is NaN or infinite, because JSON has neither."""
     return float(value) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Engines that run tasks on workers that may die: the interface, and local processes."""
+"""Engines that run tasks on workers that may die: interface, and local processes."""
 
 import os
 import signal
@@ -18,13 +18,13 @@ from zerorate.tasks.workers import force_single_thread
 T = TypeVar("T")
 R = TypeVar("R")
 
-# A fork would copy locks that threads of this process hold at that moment.
+# A forked process would copy locks held by other threads.
 _SPAWN: Final = get_context("spawn")
 
 
 @dataclass(frozen=True)
 class TaskResult(Generic[T, R]):
-    """A task and its return value."""
+    """A task with its result."""
 
     task: T
     answer: R
@@ -32,32 +32,32 @@ class TaskResult(Generic[T, R]):
 
 @dataclass(frozen=True)
 class WorkerDeath(Generic[T]):
-    """A task whose worker died, and the cause of death."""
+    """A task with a dead worker, and the cause of death."""
 
     task: T
     reason: str
 
 
 class Engine(Protocol):
-    """Runs a function over tasks on workers that may die."""
+    """Engine that runs a function on tasks, on workers that may die."""
 
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's result when it ends; at most `max_running` tasks run at a time."""
+        """Yield the result of each finished task; at most `max_running` tasks run at a time."""
         ...
 
 
 def run_with_retry(
     engine: Engine, work: Callable[[T], R], tasks: Sequence[T]
 ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-    """Yield each task's result; run a task whose worker died once more, alone, at the end.
+    """Yield each task's result; if its worker died, run the task once more, alone, at the end.
 
-    A task that ran out of memory next to others, or was killed from outside, succeeds alone. A task
-    whose worker dies twice is itself at fault.
+    A task that ran out of memory next to others, or was killed from outside, succeeds alone. If the
+    worker dies again, the task is the cause.
     """
     suspects: list[T] = []
-    # Closed here: an interrupt must have ended the workers before it goes on.
+    # Close it here: on an interrupt, the workers must end first.
     with closing(engine.run(work, tasks)) as ends:
         for end in ends:
             if isinstance(end, WorkerDeath):
@@ -71,8 +71,8 @@ def run_with_retry(
 class Processes:
     """Worker processes, by default one per core, each identified by its task.
 
-    A process pool of the standard library breaks as a whole when one worker is killed, and cannot
-    tell by which task. Here each worker has its own pipe: when the pipe closes, the task is known.
+    A process pool of the standard library breaks completely if one worker is killed, and does not
+    know the task. Here each worker has its own pipe: if the pipe closes, the task is known.
     """
 
     def __init__(self, count: int | None = None) -> None:
@@ -83,7 +83,7 @@ class Processes:
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's result when it ends; leaving early ends the workers."""
+        """Yield the result of each finished task; an early exit ends the workers."""
         waiting = deque(tasks)
         count = min(max_running or self._count, len(waiting))
         busy: dict[Connection, _Worker[T, R]] = {}
@@ -105,7 +105,7 @@ class Processes:
 def _assign_task(
     worker: "_Worker[T, R]", waiting: deque[T], busy: dict[Connection, "_Worker[T, R]"]
 ) -> None:
-    """Give a worker the next task, or send it home."""
+    """Give the next task to a worker; without tasks, end it."""
     if waiting:
         worker.begin(waiting.popleft())
         busy[worker.pipe] = worker
@@ -114,14 +114,14 @@ def _assign_task(
 
 
 def _count_cores() -> int:
-    """Return the cores that this process may use, which a batch system may have limited."""
+    """Return the number of cores that this process may use; a batch system may limit them."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 class _Worker(Generic[T, R]):
-    """One process, and the task that it holds."""
+    """A process with its current task."""
 
     def __init__(self, work: Callable[[T], R]) -> None:
         self.pipe, child_pipe = _SPAWN.Pipe()
@@ -129,11 +129,11 @@ class _Worker(Generic[T, R]):
         self._process = _SPAWN.Process(target=_serve, args=(work, child_pipe), daemon=True)
         with force_single_thread(), block_child_interrupts():
             self._process.start()
-        # The pipe must end with the process, so nobody else may hold its other side.
+        # The pipe must close with the process, so no other process may have its other end.
         child_pipe.close()
 
     def begin(self, task: T) -> None:
-        """Hand over a task; that the process is dead by now shows in `end`."""
+        """Send a task; if the process is dead, `end` reports it."""
         self._task = task
         try:
             self.pipe.send(task)
@@ -141,7 +141,7 @@ class _Worker(Generic[T, R]):
             return
 
     def end(self) -> TaskResult[T, R] | WorkerDeath[T]:
-        """Return the answer, or the cause of the process's death; one of them is there."""
+        """Return the answer, or the cause of the process's death."""
         try:
             return TaskResult(self._task, self.pipe.recv())
         except (EOFError, OSError):
@@ -149,14 +149,14 @@ class _Worker(Generic[T, R]):
             return WorkerDeath(self._task, _describe_exit(self._process.exitcode or 0))
 
     def stop(self) -> None:
-        """End the process now; a log that it is writing stays what it was."""
+        """End the process now; an incomplete output never replaces a file."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
 
 
 def _serve(work: Callable[[Any], Any], pipe: Connection) -> None:
-    """Answer tasks until the other side is gone."""
+    """Answer tasks until the other side closes the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         while True:

@@ -14,47 +14,47 @@ from zerorate.tasks.batch.command import Quantity, Row
 from zerorate.types import Floats
 
 MIN_LOGS: Final = 8
-"""Fewest sensors that show the spread of their kind."""
+"""Smallest number of sensors to estimate the spread of their kind."""
 
 EXPECTED_FALSE_ALARMS: Final = 0.1
-"""Outliers expected in a whole batch of equal sensors with normal differences."""
+"""Expected number of outliers in a whole batch of equal sensors with normal differences."""
 
 _SIGMA_PER_MAD: Final = 1.4826022185056018
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
 _MAD_FREEDOM_PER_VALUE: Final = 0.4
-"""Degrees of freedom of a spread by the median absolute deviation, for each value.
+"""Degrees of freedom per value of a spread from the median absolute deviation.
 
-Simulated for 8 to 300 normal values: how far the values lie from their median, in such spreads,
-has the tails of Student's t with 0.40 to 0.48 degrees of freedom a value, from 1 in 100 down to 1
-in 100 000.
+Simulated with 8 to 300 normal values. Their distances from the median, in such spreads, have the
+tails of Student's t. The degrees of freedom are 0.40 to 0.48 per value, for tails from 1 in 100 to
+1 in 100 000.
 """
 
 _MIN_RELATIVE_SPREAD: Final = 0.01
-"""Relative: equal logs, as copies are, have no spread of their own."""
+"""Smallest relative spread, because copies of a log have no spread."""
 
 
 @dataclass(frozen=True)
 class Outlier:
-    """A log with a value far from those of the other logs.
+    """Log with a value far from the other logs' values.
 
     Parameters
     ----------
     log : str
-        Its name.
+        Name of the log.
     axis : str
-        Of the log.
+        Axis of the log.
     quantity : str
-        The column of the summary.
+        Column of the summary.
     unit : str
-        Of the value.
+        Unit of the value.
     value, median : float
         Value of the log, and median of all logs with this axis and unit.
     deviations : float
-        Distance of the value from the median, in standard deviations of the fleet. These are
-        estimated from the median absolute deviation, so that outliers do not widen them.
+        Distance of the value from the median, in standard deviations of the fleet. They are
+        estimated from the median absolute deviation, so outliers do not increase them.
     times : float or None
-        Ratio of value to median; None for a quantity that can be negative.
+        Ratio of value to median; None for quantities that can be negative.
     """
 
     log: str
@@ -76,7 +76,7 @@ class Fleet:
     outliers : tuple of Outlier
         Outliers, the largest first.
     untested_axes : frozenset of (str, str)
-        Log and axis, if fewer than eight logs have this axis in this unit.
+        Log and axis, if fewer than eight logs have this axis with this unit.
     """
 
     outliers: tuple[Outlier, ...]
@@ -98,7 +98,7 @@ class Fleet:
 
 
 class _Sample(NamedTuple):
-    """One quantity of one axis over the logs that have it."""
+    """One quantity of one axis, over the logs that have it."""
 
     quantity: Quantity
     axis: str
@@ -111,16 +111,16 @@ class _Sample(NamedTuple):
 def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) -> Fleet:
     """Compare the logs of a batch, axis by axis and unit by unit.
 
-    The spread of the fleet is estimated by the median absolute deviation, for positive quantities
-    of their logarithms. A value is an outlier if it is further from the median than chance
-    explains. The limit follows from the number of all values: a batch of equal sensors has
-    `EXPECTED_FALSE_ALARMS` false alarms on average. A value within its own standard error of the
-    median is never an outlier, nor is a value of an axis that moved.
+    The median absolute deviation estimates the spread of the fleet; for positive quantities,
+    logarithms are used. A value is an outlier if its distance from the median is larger than by
+    chance. The limit depends on the number of all values: a batch of equal sensors has
+    `EXPECTED_FALSE_ALARMS` false alarms on average. Two kinds of values are never outliers: values
+    within their own standard error of the median, and values of an axis in motion.
 
     Parameters
     ----------
     logs : mapping of str to sequence of mapping
-        The rows of each log by its name.
+        Rows of each log, by its name.
     quantities : sequence of Quantity
         Quantities to compare.
 
@@ -131,8 +131,8 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
 
     Notes
     -----
-    B. Iglewicz, D. C. Hoaglin, "How to Detect and Handle Outliers", ASQC, 1993, has the score by
-    the median and its standard deviation; its limit of 3.5 is for one sample of moderate size.
+    The score with the median is from B. Iglewicz, D. C. Hoaglin, "How to Detect and Handle
+    Outliers", ASQC, 1993. Its limit of 3.5 is for one sample of moderate size.
     """
     groups: dict[tuple[str, str], list[tuple[str, Row]]] = defaultdict(list)
     for log, rows in logs.items():
@@ -155,7 +155,7 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
 def _collect_sample(
     quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str, Row]]
 ) -> _Sample:
-    """Return the values that can be compared."""
+    """Return the comparable values."""
     logs, values, sigmas = [], [], []
     for log, row in group:
         value, sigma = (row.get(name or "") for name in (quantity.column, quantity.sigma))
@@ -188,9 +188,9 @@ def _find_outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
 
 
 def _score_limit(count: int, comparisons: int) -> float:
-    """Return the largest distance from the median by chance alone, of so many values, in spreads.
+    """Return the largest distance from the median by chance in `count` values, in spreads.
 
-    The quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
+    Quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
     """
     normal = NormalDist().inv_cdf(1.0 - EXPECTED_FALSE_ALARMS / (2.0 * comparisons))
     freedom = _MAD_FREEDOM_PER_VALUE * count

@@ -1,4 +1,4 @@
-"""The logs of a batch: by patterns and folders, without zerorate's own files."""
+"""Logs of a batch from patterns and folders, without files written by zerorate."""
 
 import os
 import re
@@ -15,13 +15,13 @@ from zerorate.tasks.batch.patterns import find_files
 
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
-"""Key of the summary's metadata by which it is known wherever it lies."""
+"""Key in the summary's metadata that identifies a summary."""
 
 _RESULT_MARK: Final = re.compile("-zerorate(?=-|$)")
-"""Suffix that every command adds to the name of a log whose results it writes."""
+"""Text that every command adds to a log's name for its results."""
 
 _TRUTH_SUFFIX: Final = "-truth"
-"""Suffix that ``zerorate simulate`` adds to the name of a log for the file of its true drift."""
+"""Suffix that ``zerorate simulate`` adds to a log's name for its true drift."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class LogFile:
     Attributes
     ----------
     name : str
-        Its path below the folder that all logs share, with slashes.
+        Path of the log below the common folder of all logs, with slashes.
     source : Path or str
-        The file, or its address in a store.
+        Path of the file, or its address in an object store.
     state : tuple of int, optional
-        Size in bytes and time of change in ns, where a store has listed them.
+        Size in bytes and time of change in ns, if listed by a store.
     """
 
     name: str
@@ -43,9 +43,9 @@ class LogFile:
     state: tuple[int, int] | None = None
 
     def read_state(self) -> tuple[int, int]:
-        """Return size and time of change, for a bag of all files in its folder.
+        """Return size and time of change; for a bag, of all files in its folder.
 
-        An OSError if the file cannot be read.
+        Raises OSError if the file cannot be read.
         """
         if self.state is not None:
             return self.state
@@ -66,7 +66,7 @@ class Inputs:
     files : tuple of LogFile
         The logs, sorted by name.
     failed : mapping of str to str
-        Names of files that cannot be read, and why.
+        Names of unreadable files, with the reasons.
     left_out : tuple of Path
         Named files written by zerorate.
     """
@@ -77,10 +77,10 @@ class Inputs:
 
 
 def find_inputs(patterns: Sequence[str]) -> Inputs:
-    """Return the logs that folders and patterns name; FileNotFoundError if one names no log.
+    """Return the logs of folders and patterns; FileNotFoundError if one has no log.
 
-    Files written by zerorate are left out, unless a pattern names them: results (by the mark
-    in their name), the summary of a batch, and the true drift next to a simulated log.
+    Files written by zerorate are left out, unless a pattern names them. These are results
+    (recognised by their names), summaries of a batch, and true drifts of simulated logs.
     """
     matches = [find_files(pattern) for pattern in patterns]
     root = Path(os.path.commonpath([matched.root for matched in matches]))
@@ -101,7 +101,7 @@ def find_inputs(patterns: Sequence[str]) -> Inputs:
 
 
 def command_of(summary: Path) -> str | None:
-    """Return the command that wrote the summary of a batch; None for any other file."""
+    """Return the command of a batch's summary; None for other files."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

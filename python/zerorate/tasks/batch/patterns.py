@@ -1,6 +1,6 @@
-"""Files that folders and patterns name.
+"""Files that match folders and patterns.
 
-Patterns are those of `glob`, but each folder is visited once, and brackets may be literal.
+Patterns are as in `glob`, but each folder is visited once, and brackets may be literal.
 """
 
 import os
@@ -20,11 +20,11 @@ class MatchedFiles:
     Attributes
     ----------
     root : Path
-        The deepest folder that the pattern names without a wildcard.
+        Deepest folder in the pattern without a wildcard.
     files : set of Path
-        Absolute paths; links are not resolved. The folder of a ROS 2 bag counts as a file.
+        Absolute paths, with links not resolved. The folder of a ROS 2 bag counts as a file.
     failed : dict of Path to str
-        Matching files that cannot be read, and folders that cannot be listed, and why.
+        Unreadable matching files and folders, with the reasons.
     """
 
     root: Path
@@ -33,11 +33,11 @@ class MatchedFiles:
 
 
 def find_files(pattern: str) -> MatchedFiles:
-    """Return the files that a folder or a pattern names; a ROS 2 bag folder counts as a file.
+    """Return the files of a folder or pattern; the folder of a ROS 2 bag counts as a file.
 
-    A folder names all files in it and below it that have the suffix of a log. In a pattern ``**``
-    is any number of folders. It follows links, but visits each folder once, so a link to a parent
-    folder adds nothing. Brackets are literal if a file or folder of exactly that name exists.
+    A folder includes all files below it with a suffix of logs. In a pattern, ``**`` is any number
+    of folders. Links are followed, but each folder is visited once, so a link to a parent folder
+    adds nothing. Brackets are literal if a file or folder with exactly this name exists.
     """
     whole = Path(os.path.abspath(pattern))
     if whole.is_dir() and not _is_bag(whole):
@@ -49,7 +49,7 @@ def find_files(pattern: str) -> MatchedFiles:
     matched = MatchedFiles(folder)
     for path in _match_parts(folder, parts, matched) if parts else ():
         _add_path(path, matched)
-    # What lies in the folder of a bag that matches is that bag's.
+    # Files in the folder of a matching bag belong to the bag.
     matched.files -= {path for path in matched.files if path.parent in matched.files}
     return matched
 
@@ -68,14 +68,14 @@ def _find_in_folder(top: Path) -> MatchedFiles:
 
 
 def _is_bag(folder: Path) -> bool:
-    """Return True if a folder is a ROS 2 bag; logs may lie next to metadata of another kind."""
+    """Return True if a folder is a ROS 2 bag; other metadata may be next to logs."""
     return is_bag_folder(folder) and any(
         path.suffix in (".db3", ".mcap") for path in folder.iterdir()
     )
 
 
 def _is_name(folder: Path, part: str) -> bool:
-    """Return True if a part of a pattern is a name, and not itself a pattern."""
+    """Return True if a part of a pattern is a plain name."""
     has_wildcard = "*" in part or "?" in part
     return not has_magic(part) or (not has_wildcard and os.path.lexists(folder / part))
 
@@ -102,7 +102,7 @@ def _is_match(name: str, part: str) -> bool:
 
 
 def _walk_folders(top: Path, matched: MatchedFiles) -> Iterator[Path]:
-    """Yield a folder and all below, each once: by its own name rather than by a link's."""
+    """Yield a folder and all folders below it, each once, by its own name if possible."""
     visited: set[tuple[int, int]] = set()
     own = [top]
     links: list[Path] = []

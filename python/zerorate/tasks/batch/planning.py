@@ -1,4 +1,4 @@
-"""Tasks of a batch: a log, where its output goes, and what an earlier run left."""
+"""Tasks of a batch: logs, outputs, and results of earlier runs."""
 
 import os
 from collections.abc import Iterable
@@ -11,14 +11,15 @@ from zerorate.tasks.batch.task import Outcome, Settings, Task
 def make_tasks(
     log_files: Inputs, output: Path, settings: Settings, force: bool = False
 ) -> tuple[list[Task], list[Outcome]]:
-    """Return a task for each log, whose output mirrors its folder, and the failures.
+    """Return a task for each log, with an output in a mirrored folder, and the failures.
 
     Raises
     ------
     ValueError
-        If two logs would be written to one place.
+        If two logs would have the same output.
     """
-    # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
+    # Absolute, because a worker may have another working folder; links stay, as in a cluster's
+    # mounts.
     folder = Path(os.path.abspath(output))
     tasks, failed = [], dict(log_files.failed)
     for log in log_files.files:

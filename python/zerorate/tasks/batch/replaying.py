@@ -1,4 +1,4 @@
-"""The replay of one log of a batch, as by ``zerorate replay`` without a figure."""
+"""Replay of one log of a batch, as in ``zerorate replay`` without a figure."""
 
 from collections.abc import Iterator
 from functools import partial

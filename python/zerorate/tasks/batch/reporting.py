@@ -1,4 +1,4 @@
-"""The report on a log of a batch, as ``zerorate report`` makes it: page and rows."""
+"""Report on one log of a batch, as in ``zerorate report``: page and rows."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +17,7 @@ _FIGURE_PREFIX: Final = "figure-"
 
 def _report_log(settings: "Settings", source: LogPath, output: Path) -> LogOutput:
     """Write the page of a log."""
-    # What it takes is not needed by the other commands.
+    # Imported here, because other commands do not need it.
     from zerorate.tasks.report import report as report_on
 
     report = report_on(source, progress=report_nothing, **settings.reading)

@@ -1,4 +1,4 @@
-"""A batch from its patterns to its summary."""
+"""A batch, from patterns to the summary."""
 
 import os
 import time
@@ -31,7 +31,7 @@ from zerorate.views import Result, page_of
 OVERVIEW: Final = "overview.html"
 
 Progress = Callable[[int, int], None]
-"""Called with the logs that are through, and all that are to do."""
+"""Function of the number of finished logs and the number of all logs."""
 
 
 @dataclass(frozen=True)
@@ -43,17 +43,17 @@ class BatchResult(Result):
     outcomes : tuple of Outcome
         One outcome for each log, sorted by name.
     summary : Path
-        The table of all logs.
+        Table of all logs.
     seconds : float
         Duration of the batch, s.
     fleet : Fleet
         Outliers among the logs.
     left_out : tuple of Path
-        Named files that were left out because zerorate has written them.
+        Named files left out because zerorate wrote them.
     settings : Settings
         Settings of the batch.
     earlier : tuple of Outcome
-        Outcomes of further logs, whose rows earlier runs left in the summary.
+        Outcomes of other logs from earlier runs, already in the summary.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -81,19 +81,19 @@ class BatchResult(Result):
 
     @property
     def failed(self) -> tuple[Outcome, ...]:
-        """The logs without a result."""
+        """Logs without a result."""
         return tuple(outcome for outcome in self.outcomes if outcome.status == "failed")
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """The logs without a result and the reason, one sentence each."""
+        """Sentences on logs without a result, with the reason."""
         return tuple(
             make_sentence(f"{outcome.name}: ", outcome.error or "") for outcome in self.failed
         )
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes, each with its number of logs, the most frequent first."""
+        """Notes with their numbers of logs, the most frequent first."""
         return tuple(
             make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
             for note, logs in self.logs_by_note.items()
@@ -101,7 +101,7 @@ class BatchResult(Result):
 
     @property
     def logs_by_note(self) -> dict[str, list[str]]:
-        """The names of the logs of each note, the most frequent note first."""
+        """Names of logs by note, the most frequent note first."""
         logs_by_note: dict[str, list[str]] = {}
         for outcome in self.outcomes:
             for note in outcome.notes:
@@ -110,17 +110,17 @@ class BatchResult(Result):
 
     @property
     def counts(self) -> Counter[str]:
-        """Count of logs with each status."""
+        """Number of logs with each status."""
         return Counter(outcome.status for outcome in self.outcomes)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files about all logs: the summary, and the overview of reports."""
+        """Files on all logs: the summary, and the overview of reports."""
         overview = self.summary.with_name(OVERVIEW)
         return (self.summary, overview) if self.command == REPORT.name else (self.summary,)
 
     def to_html(self) -> str:
-        """Return the overview of reports: one HTML document with links to the page of each log."""
+        """Return the overview of reports as HTML, with links to the page of each log."""
         return page_of(self)
 
 
@@ -143,21 +143,20 @@ def batch(
     """Filter many logs, estimate their noise, report on them or check them; compare the logs.
 
     Each log has its own process. A log that fails, or kills its worker twice, is reported, and the
-    others continue. A run may be stopped at any time: the next one skips finished logs. Logs of
-    earlier runs with the same settings stay in the summary. ``zerorate
-    batch`` does the same.
+    others continue. A run may be stopped at any time; the next run skips finished logs. The summary
+    keeps logs of earlier runs with the same settings. ``zerorate batch`` does the same.
 
     Parameters
     ----------
     sources : str, path, or sequence of these
-        Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``; or all
-        of them addresses in a store, such as ``"s3://bucket/logs"``, which pyarrow reads. Brackets
-        in a pattern may be literal. ``**`` visits each folder once, however many links lead there.
-        Files written by zerorate are left out unless a pattern names them.
+        Folders with logs, files, or patterns such as ``"logs/**/*.parquet"``. Or only addresses in
+        an object store, such as ``"s3://bucket/logs"``, read by pyarrow. Brackets in a pattern may
+        be literal. ``**`` visits each folder once, even with links. Files written by zerorate are
+        left out unless a pattern names them.
     folder : path
-        Folder of the results, made if missing. It mirrors the folders below the common folder of
-        the sources. It holds the result of each log and a record in JSON, ``summary.parquet`` of
-        all logs and, with "report", ``overview.html``. Each command needs its own folder.
+        Folder of the results, created if missing; it mirrors the folders of the sources. It
+        contains the result of each log with a record in JSON, ``summary.parquet`` and, with
+        "report", ``overview.html``. Each command needs its own folder.
     command : {"replay", "allan", "report", "check"}
         Command on each log: filter it, find the noise of its gyros and accelerometers, report on
         its IMU, or check units, signs and axes.
@@ -166,16 +165,15 @@ def batch(
     local_cluster : int, optional
         Number of workers of a Dask cluster on this machine, instead of `workers`.
     scheduler : str, optional
-        Address of a running Dask scheduler, instead of `workers`. Its workers must see the same
-        paths.
+        Address of a running Dask scheduler, instead of `workers`. Its workers need the same paths.
     force : bool
-        Process finished logs again; default no.
+        Process finished logs again. Default False.
     progress : callable, optional
         Called with the number of finished logs and the number of all logs. By default a notebook
         shows a bar.
     **settings
-        Settings of reading, filtering and writing: arguments of `zerorate.tasks.batch.Settings`,
-        such as ``unit="deg/s"`` or ``motion="hold"``.
+        Arguments of `zerorate.tasks.batch.Settings` for reading, filtering and writing, such as
+        ``unit="deg/s"`` or ``motion="hold"``.
 
     Returns
     -------
@@ -185,10 +183,10 @@ def batch(
     Raises
     ------
     ValueError
-        If an argument is not valid, two logs would have the same output file, or the folder holds
-        the summary of another command.
+        If an argument is not valid, two logs would have the same output file, or the folder has the
+        summary of another command.
     OSError
-        If a source names no log, or the output cannot be written.
+        If a source has no log, or the output cannot be written.
     ImportError
         If pyarrow or, for a cluster, distributed is not installed.
 
@@ -256,7 +254,7 @@ def files_of(result: BatchResult) -> Files:
 
 
 def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
-    """Return the outcomes by name, with a report of their number as they arrive."""
+    """Return the outcomes by name, and report their number as they arrive."""
     outcomes: dict[str, Outcome] = {}
     report(0, count)
     for end in ends:
@@ -268,7 +266,7 @@ def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> 
 def _run_tasks(
     engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
 ) -> Generator[Outcome]:
-    """Yield the outcome of each task, then remove the files that killed workers left."""
+    """Yield the outcome of each task, then remove files of killed workers."""
     completed = False
     try:
         with engine as running, closing(run_with_retry(running, run_task, tasks)) as ends:
@@ -276,7 +274,7 @@ def _run_tasks(
                 yield _outcome_of_end(end)
         completed = True
     finally:
-        # On another's cluster tasks that were begun go on after an interrupt.
+        # On a shared cluster, started tasks continue after an interrupt.
         if completed or sweeping:
             remove_leftovers(path for task in tasks for path in (task.output, task.record))
 
@@ -288,7 +286,7 @@ def _outcome_of_end(end: TaskResult[Task, Outcome] | WorkerDeath[Task]) -> Outco
 
 
 def _check_output(task: Task, outcome: Outcome) -> Outcome:
-    """Return the outcome, failed if somebody has removed the output in the meantime."""
+    """Return the outcome; failed if the output was removed in the meantime."""
     if outcome.status == "failed" or task.output.exists():
         return outcome
     return replace(outcome, status="failed", error=f"{task.output} was removed during the run")
@@ -307,7 +305,7 @@ def _choose_engine(
 
 
 def _find_logs(sources: Sequence[str]) -> Inputs:
-    """Return the logs that folders, files and patterns name, here or in a store."""
+    """Return the logs of folders, files and patterns, or of addresses in a store."""
     return find_stored_inputs(sources) if any(map(is_address, sources)) else find_inputs(sources)
 
 
@@ -319,7 +317,7 @@ def _check_pyarrow() -> None:
 
 
 def _check_summary(summary: Path, settings: Settings) -> None:
-    """Refuse a folder whose summary is of another command: this one's would take its place."""
+    """Raise an error if the folder has the summary of another command, which would be replaced."""
     other = command_of(summary)
     if other is not None and other != settings.command:
         raise ValueError(

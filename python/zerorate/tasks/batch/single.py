@@ -1,4 +1,4 @@
-"""One log of a batch as a function of its own, for engines that are not built in."""
+"""Processing of one log of a batch as a separate function, for other engines."""
 
 import os
 from contextlib import nullcontext
@@ -23,21 +23,21 @@ def process_log(
     *,
     folder: str | os.PathLike[str] | None = None,
 ) -> list[dict[str, object]]:
-    """Run a command on one log and return its rows of the summary, as any engine can do.
+    """Run a command on one log and return its rows of the summary, for any engine.
 
-    It depends on nothing but its arguments, and takes and returns what pickle and Arrow take. A log
-    that cannot be read gives a row with the status "failed".
+    The function depends only on its arguments. Pickle and Arrow can transfer the arguments and the
+    result. An unreadable log gives a row with the status "failed".
 
     Parameters
     ----------
     source : str or path
-        A file, or its address: ``"s3://bucket/log.parquet"``.
+        Path of a file, or its address: ``"s3://bucket/log.parquet"``.
     command : {"replay", "allan", "report", "check"}
-        Command, as of `batch`.
+        Command, as in `batch`.
     options : mapping, optional
         Arguments of `Settings`, such as ``{"unit": "deg/s"}``.
     folder : path, optional
-        Folder that gets the output and its record. Default: none is kept.
+        Folder for the output and its record. Default: neither is kept.
 
     Returns
     -------

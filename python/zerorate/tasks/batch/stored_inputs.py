@@ -1,4 +1,4 @@
-"""The logs of a batch in an object store, by addresses."""
+"""Logs of a batch in an object store, by address."""
 
 from collections.abc import Collection, Sequence
 from pathlib import PurePosixPath
@@ -12,7 +12,7 @@ from zerorate.tasks.batch.inputs import SUMMARY, Inputs, LogFile, is_result_name
 
 
 def find_stored_inputs(addresses: Sequence[str]) -> Inputs:
-    """Return the logs that addresses of a store name; an OSError if one names no log."""
+    """Return the logs of addresses in a store; OSError if an address has no log."""
     local = next((one for one in addresses if not is_address(one)), None)
     if local is not None:
         raise ArgumentError("sources", f"must all be addresses or all be files, got '{local}' too")
@@ -31,7 +31,7 @@ def find_stored_inputs(addresses: Sequence[str]) -> Inputs:
 
 
 def _is_log(file: StoredFile, listing: Listing, address: str, suffixes: Collection[str]) -> bool:
-    """Return True for a log: in a folder by its suffix, and no file that zerorate has written."""
+    """Return True if a file is a log: by suffix within a folder, and not written by zerorate."""
     path = PurePosixPath(file.path)
     if listing.is_folder and (path.name[0] == "." or path.suffix.lower() not in suffixes):
         return False

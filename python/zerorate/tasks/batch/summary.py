@@ -1,4 +1,4 @@
-"""The table of a batch: a row for each log and axis."""
+"""Table of a batch: one row for each log and axis."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -13,7 +13,7 @@ from zerorate.tasks.batch.task import Outcome, Record, Settings
 from zerorate.texts import make_printable
 
 _SETTINGS_MARK: Final = b"zerorate settings"
-"""Key of the summary's metadata: the hash of the settings of its logs."""
+"""Key in the summary's metadata for the hash of the settings."""
 
 
 def write_summary(
@@ -36,9 +36,9 @@ def write_summary(
 
 
 def read_earlier(path: Path, settings: Settings, names: Collection[str]) -> tuple[Outcome, ...]:
-    """Return the outcomes of an earlier run with the same settings, of logs of other names.
+    """Return the outcomes of other logs from an earlier run with the same settings.
 
-    A finished log counts while its output and its record are there.
+    A finished log counts only if its output and its record still exist.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

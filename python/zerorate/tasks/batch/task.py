@@ -1,4 +1,4 @@
-"""One log of a batch: its settings, the function that every engine runs, and its output."""
+"""One log of a batch: settings, the function that all engines run, and output."""
 
 import hashlib
 import json
@@ -41,7 +41,7 @@ from zerorate.tasks.workers import limit_threads
 Status = Literal["done", "skipped", "failed"]
 
 COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT, CHECK)}
-"""The tasks of a batch."""
+"""Commands of a batch by name."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
 
@@ -49,7 +49,7 @@ _FORMATS: Final = ("parquet", "csv", "npz")
 if TYPE_CHECKING:
 
     class BatchArguments(StreamOptions, total=False):
-        """Arguments of `Settings` but the command."""
+        """Arguments of `Settings`, except the command."""
 
         rate: float | None
         columns: tuple[str | int, ...] | None
@@ -67,7 +67,7 @@ if TYPE_CHECKING:
         accel: bool
 
 else:
-    # The stub alone lists the options of the filter.
+    # Only the stub lists the options of the filter.
     BatchArguments = dict
 
 
@@ -78,48 +78,45 @@ class Settings:
     Parameters
     ----------
     command : {"replay", "allan", "report", "check"}
-        Command on each log: "replay", the default, filters it; "allan" finds the noise of its gyros
-        and accelerometers; "report" reports on its IMU; "check" checks units, signs and axes.
+        Command on each log. "replay", the default: filter it. "allan": find the noise of its gyros
+        and accelerometers. "report": report on its IMU. "check": check units, signs and axes.
     rate : float, optional
         Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
-        Names or indices. Default: the gyro columns; for other commands than "replay" all of the
-        sensors that the command reads.
+        Names or indices of columns. Default: the gyro for "replay"; all sensors that the command
+        reads otherwise.
     unit : str, optional
-        Unit of the data, if the logs do not state it: ``"deg/s"``. For other commands than
-        "replay" also units of both kinds of sensor, ``"deg/s,g"``.
+        Unit of the data, if the logs do not state it: ``"deg/s"``. For commands other than
+        "replay", units of both kinds of sensors are possible, ``"deg/s,g"``.
     topic : str, optional
-        Topic to read of ROS recordings and PX4 logs.
+        Topic of ROS recordings and PX4 logs to read.
     sensor : str, optional
-        Sensor to read, if a table holds several, as in `zerorate.read_log`. Default: all.
+        Sensor to read if a table has several, as in `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
-        As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: the
-        factor of the values, the start and stop of reading in s, the column and unit of the
-        timestamps, and the treatment of torn lines.
+        `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: factor of
+        the values, span to read in s, column and unit of the timestamps, treatment of torn lines.
     format : {"parquet", "csv", "npz"}, optional
-        Format of the filtered logs, for "replay" alone; default Parquet.
+        Format of the filtered logs, only for "replay"; default Parquet.
     calibration : Calibration or path, optional
-        Calibration that corrects the gyro of each log before filtering, for "replay" alone. Each
-        log is then read completely, with its accelerometer.
+        Calibration that corrects the gyro before filtering, only for "replay". Each log is then
+        read completely, with its accelerometer.
     accel : bool
-        If True (default), the accelerometer next to a gyro, if any, distinguishes motion from rest.
-        For "replay" alone.
+        If True (default), the gyro's accelerometer, if any, detects motion. Only for "replay".
     **options
-        Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
+        Arguments of `zerorate.DriftFilter`, only for "replay", with its defaults: method "auto",
         output "compensated". If the unit of a log is known, `rest_limit` defaults to 10 deg/s and
-        `bias_limit` to 20 deg/s; None is no limit.
+        `bias_limit` to 20 deg/s; None means no limit.
 
     Attributes
     ----------
     command, format, accel
         The arguments, or their defaults.
     calibration : str or None
-        The calibration as JSON: workers need no file, and another calibration changes the
-        fingerprint.
+        Calibration as JSON: workers need no file, and another calibration changes the fingerprint.
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
-        Arguments of `zerorate.DriftFilter`; empty for other commands than "replay".
+        Arguments of `zerorate.DriftFilter`; empty for commands other than "replay".
 
     Raises
     ------
@@ -154,7 +151,7 @@ class Settings:
         accel: bool = True,
         **options: Unpack[StreamOptions],
     ) -> None:
-        # Refused here is what would otherwise fail in every log.
+        # Raise errors here that would otherwise occur in every log.
         if command not in COMMANDS:
             raise ArgumentError("command", f"must be {_join_or(COMMANDS)}, got '{command}'")
         if rate is not None:
@@ -205,19 +202,19 @@ class Settings:
 
     @property
     def operation(self) -> Command:
-        """Command that runs on each log."""
+        """Command for each log."""
         return COMMANDS[self.command]
 
     def digest(self) -> str:
-        """Return a hash of settings and version: equal for logs that can share a summary."""
+        """Return a hash of settings and version; logs with the same hash can share a summary."""
         parts = {"version": __version__, **asdict(self)}
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
-        """Return a hash that changes whenever the result of a log could.
+        """Return a hash that changes if the result of a log could change.
 
-        The input counts by its name, size and time of modification, not by its content, so that
-        finished logs are recognised without reading all data.
+        The input is identified by name, size and time of change, not by content. So finished logs
+        are recognised without reading their data.
         """
         parts = {"version": __version__, "input": [name, size, modified], **asdict(self)}
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
@@ -225,22 +222,22 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of one log; small, since it travels between machines.
+    """Outcome of one log; small, because it is sent between machines.
 
     Parameters
     ----------
     name : str
-        Path of the log under the folder that all logs share.
+        Path of the log below the common folder of all logs.
     status : {"done", "skipped", "failed"}
         A log is skipped if an earlier run has finished it with the same settings.
     seconds : float
-        Time for reading, computing and writing, s; for a skipped log, the time of the earlier run.
+        Time for reading, computing and writing, s; for a skipped log, from the earlier run.
     rows : tuple of mapping
         Measures, one row for each axis.
     error : str or None
         Reason of the failure, in one sentence.
     notes : tuple of str
-        Sentences on its clock, on assumptions, and on doubtful results.
+        Sentences on its clock, assumptions, and doubtful results.
     """
 
     name: str
@@ -253,10 +250,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Record:
-    """Record of how a log's output was made, which shows that the output is complete.
+    """Record of how an output was made, which shows that it is complete.
 
-    The record is a separate file next to the output, not metadata in it. So the output has the same
-    bytes as from the command on a single log, in every format.
+    The record is a separate file next to the output. So the output has the same bytes as the output
+    of the command for a single log, in every format.
     """
 
     fingerprint: str
@@ -267,7 +264,7 @@ class Record:
 
     @classmethod
     def read(cls, path: Path, output: Path) -> Self | None:
-        """Return the record of an output if both exist and belong together."""
+        """Return the record of an output if both files exist and belong together."""
         try:
             fields = json.loads(read_regular(path))
             listed = {

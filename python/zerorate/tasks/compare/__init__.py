@@ -1,4 +1,4 @@
-"""Comparison of many methods on the same recordings by the cost of their errors."""
+"""Comparison of methods on the same recordings by the effects of their errors."""
 
 from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, compare_attitude
 from zerorate.tasks.compare.comparison import Comparison, compare_methods

@@ -12,11 +12,11 @@ from zerorate.tasks.compare.measures import Row
 from zerorate.tasks.compare.simulated import Regret
 
 SCHEMA: Final = "zerorate-compare/1"
-"""Version of the document; it rises when readers have to change."""
+"""Version of the format; it increases if readers have to change."""
 
 
 def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> str:
-    """Return comparisons as strict JSON: every measure of every axis, null where there is none.
+    """Return comparisons as strict JSON: every measure of every axis, null for missing measures.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ())
 def _content(
     comparisons: Sequence[Comparison], simulated: Sequence[Regret], fault: Contamination | None
 ) -> dict[str, Any]:
-    """Return the results on the records with one contamination, or with none."""
+    """Return the results on the recordings with one contamination, or without."""
     kinds = {
         result.kind: {"rows": list(map(_row_fields, result.rows)), "notes": list(result.notes)}
         for result in comparisons

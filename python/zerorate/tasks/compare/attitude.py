@@ -25,13 +25,13 @@ from zerorate.types import Booleans, Floats
 
 _ERRORS: Final = ("total", "heading", "inclination")
 _SPEED_WINDOW_S: Final = 0.5
-"""Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
+"""Window for the speed of the reference, s; long enough to average out jitter of markers."""
 _OWN_METHODS: Final = METHODS
 _SMOOTHER: Final = "auto+smooth"
 ATTITUDE_METHODS: Final = (*_OWN_METHODS, *PEERS, _SMOOTHER)
 """Methods of `zerorate.Attitude`, and filters of other packages."""
 OFFLINE_METHODS: Final = (_SMOOTHER, *(name for name, peer in PEERS.items() if not peer.causal))
-"""Those that see the whole record."""
+"""Methods that use the whole recording."""
 
 
 def compare_attitude(
@@ -46,14 +46,13 @@ def compare_attitude(
     Parameters
     ----------
     recordings : sequence of Recording or Trial
-        Each with a gyro, an accelerometer and an orientation; with a magnetometer the filters are
-        also run with nine axes. A sample of a sensor with another clock is moved to the nearest
-        sample of the gyro.
+        Each with a gyro, an accelerometer and an orientation. With a magnetometer, the filters also
+        run with nine axes. A sample of another sensor is moved to the nearest sample of the gyro.
     methods : sequence of str
-        Methods of `zerorate.Attitude`, and filters of other packages with their own defaults:
-        ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. A filter that is not
-        installed is left out, and a note says so. Two methods use the whole recording:
-        ``"auto+smooth"``, which is `zerorate.Attitude.smooth`, and ``"vqf-offline"``.
+        Methods of `zerorate.Attitude`, and filters of other packages with their defaults:
+        ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. Filters that are not
+        installed are left out, with a note. Two methods use the whole recording: ``"auto+smooth"``
+        (`zerorate.Attitude.smooth`) and ``"vqf-offline"``.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     frame : {"enu", "ned", "nwu"}
@@ -62,17 +61,17 @@ def compare_attitude(
     Returns
     -------
     Comparison
-        Comparison of kind ``"attitude"``, with the errors of `zerorate.metrics.orientation_errors`
-        where the reference moves. Each row has errors in rad: ``total``, ``heading`` and
-        ``inclination`` with nine axes, ``heading_6`` (relative) and ``inclination_6`` with six. It
-        also has the computing time per sample in s: ``time`` and ``time_6``.
+        Comparison of kind ``"attitude"``. It has the errors of
+        `zerorate.metrics.orientation_errors` while the reference moves. Each row has errors in rad:
+        ``total``, ``heading`` and ``inclination`` with nine axes, ``heading_6`` (relative) and
+        ``inclination_6`` with six. ``time`` and ``time_6`` are the computing times per sample, s.
 
     Raises
     ------
     LogError
-        If a recording has no accelerometer or orientation, or a unit is not known.
+        If a recording has no accelerometer or orientation, or a unit is unknown.
     ValueError
-        If a method or the frame is not known.
+        If a method or the frame is unknown.
 
     Examples
     --------
@@ -115,7 +114,7 @@ def check_attitude_methods(methods: Sequence[str], frame: str) -> None:
 
 
 def _split_installed(methods: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the methods that can be run, and notes on those that cannot."""
+    """Return the methods that can run, and notes on the others."""
     absent = [name for name in methods if name in PEERS and is_missing(name)]
     packages = dict.fromkeys(PEERS[name].package for name in absent)
     notes = [f"not installed, so left out: {', '.join(packages)}"] if packages else []
@@ -165,7 +164,7 @@ def _run_method(method: str, imu: Imu) -> Run:
 def _errors(
     quaternions: Floats, true: Floats, where: Booleans, heading: Literal["absolute", "relative"]
 ) -> dict[str, float]:
-    """Return the errors by name, NaN where nothing moves while the reference is there."""
+    """Return the errors by name; NaN if the reference never moves."""
     try:
         errors = orientation_errors(quaternions, true, where=where, heading=heading)
     except ValueError:

@@ -25,7 +25,7 @@ from zerorate.types import Floats
 from zerorate.views import Result
 
 Evaluator = Callable[[Sequence[MethodSpec], Floats], Iterator[Row]]
-"""Called with methods and what they are fed with, shape (n, k)."""
+"""Function of methods and input samples, shape (n, k); it yields rows."""
 
 _SEED: Final = 1
 
@@ -46,7 +46,7 @@ class Comparison(Result):
         Sentences on the recordings.
     contamination : Contamination or None
         Contamination added to the recordings. Scores use the clean recording as reference. The
-        measure ``NAME_degradation`` is the ratio of each error to the error on the clean recording.
+        measure ``NAME_degradation`` is the ratio of an error to the error on the clean recording.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Comparison(Result):
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """The methods in the order of the rows."""
+        """Methods in the order of the rows."""
         return tuple(dict.fromkeys(row.method for row in self.rows))
 
 
@@ -81,20 +81,19 @@ def compare_methods(
     recordings : sequence of Recording or Trial
         Recordings of any kind, from `zerorate.read_recording` or `read_trial`.
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
-        hindsight), and methods of `zerorate.DriftFilter`. These run as on the command line ("auto"
-        with limits of rest if the unit is known); append ``+hold`` to learn at rest only and
-        ``+reject`` to reject outliers. Two methods use the whole recording: ``"wu-ran"`` (robust
-        filter, then wavelet) and ``"visushrink"``. Or methods of your own: functions or classes as
-        `OwnMethod` describes them, under their own names or as ``"name=module:function"``. Each of
-        your methods also runs on the first half of every axis alone: if it then returns other
-        values, it looks ahead, and its rows say so.
+        ``"raw"``, ``"mean"`` (running mean), ``"ema"`` (best exponential moving average in
+        hindsight), and methods of `zerorate.DriftFilter`, with the settings of the command line.
+        ("auto" has limits of rest if the unit is known.) Append ``+hold`` to learn only at rest,
+        and ``+reject`` to reject outliers. Two methods use the whole recording: ``"wu-ran"``
+        (robust filter, then wavelet) and ``"visushrink"``. Your own methods are functions or
+        classes (see `OwnMethod`), or ``"name=module:function"``. They also run on the first half of
+        each axis: if the values differ, the method looks ahead, and its rows say so.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     contaminate : str, zerorate.simulation.Contamination, or a sequence of these
-        Faults such as ``"share=0.01,size=100"``. Each fault is added to every recording, for a
-        separate comparison. Random numbers are seeded: the same call gives the same results. The
-        best moving average keeps its gain from the clean recording.
+        Faults such as ``"share=0.01,size=100"``. Each gives a separate comparison, with the fault
+        added to every recording. Random numbers are seeded, so results are reproducible. The best
+        moving average keeps its gain from the clean recording.
 
     Returns
     -------
@@ -107,9 +106,9 @@ def compare_methods(
     LogError
         If a recording lacks data that its kind of comparison needs.
     ValueError
-        If a method or a name in a contamination is not known.
+        If a method, or a name in a contamination, is unknown.
     MethodError
-        If a method of your own fails, or does not return one finite number per sample.
+        If your own method fails, or does not return one finite number per sample.
 
     Examples
     --------
@@ -129,7 +128,7 @@ def compare_methods(
     runs = len(listed) * (1 + len(faults))
     report = _RowProgress(trials, runs, choose_reporter(progress))
     comparisons = []
-    # Numbers near the largest double overflow when squared: the measure is then infinite.
+    # Squares of numbers near the largest double overflow; the measure is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in _KINDS:
             kind_trials = [trial for trial in trials if trial.kind == kind]
@@ -183,7 +182,7 @@ def _compare_kind(
 
 
 def _make_evaluator(recording: Trial, notes: list[str]) -> Evaluator:
-    """Return an evaluator of methods on a recording, and add notes to be read with it."""
+    """Return a function that evaluates methods on a recording; notes are appended to `notes`."""
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
@@ -202,14 +201,14 @@ def _orientation_note(source: str, truth: Orientation) -> str:
 
 
 class _RowProgress:
-    """Progress of the work."""
+    """Progress of the comparison."""
 
     def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
         axes = (trial.log.channels if trial.kind == "rest" else 1 for trial in recordings)
         self._total, self._done, self._progress = runs * sum(axes), 0, progress
 
     def count_rows(self, rows: Iterable[Row]) -> Iterator[Row]:
-        """Yield rows, and report each."""
+        """Yield rows, and report each row."""
         for row in rows:
             self._done += 1
             self._progress("comparing", min(1.0, self._done / self._total))

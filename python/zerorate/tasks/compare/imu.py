@@ -22,11 +22,11 @@ class Imu:
     rate : float
         Samples of the gyro per second, Hz.
     gyro, accel : ndarray, shape (n, 3)
-        In rad/s and m/s^2, NaN where missing.
+        Angular rates, rad/s, and specific forces, m/s^2; NaN where missing.
     mag : ndarray, shape (n, 3), or None
-        In any unit, NaN where missing.
+        Magnetic field in any unit; NaN where missing.
     accel_rate, mag_rate : float
-        Samples of each per second, Hz.
+        Samples per second of accelerometer and magnetometer, Hz.
     """
 
     rate: float
@@ -40,8 +40,7 @@ class Imu:
     def of(cls, trial: Trial) -> Imu:
         """Return the samples of a trial.
 
-        Nothing is interpolated: a sample of another clock is moved to the nearest sample of the
-        gyro.
+        Samples are not interpolated: a sample on another clock is moved to the nearest gyro sample.
 
         Raises
         ------
@@ -75,16 +74,16 @@ class Imu:
     def fill_missing(self) -> Imu:
         """Return samples without gaps, for filters that do not accept missing samples.
 
-        A missing gyro sample repeats the last one, or is zero before the first. A missing
-        accelerometer or magnetometer sample becomes a vector of zeros, which such filters ignore.
+        A missing gyro sample repeats the sample before, or is zero at the beginning. A missing
+        accelerometer or magnetometer sample becomes a zero vector, which these filters ignore.
         """
         mag = None if self.mag is None else _fill_zeros(self.mag)
         return replace(self, gyro=_hold_last(self.gyro), accel=_fill_zeros(self.accel), mag=mag)
 
     def first_orientation(self) -> Floats:
-        """Return the orientation of the first samples, from sensor to east, north and up.
+        """Return the orientation at the first samples, from sensor to east, north, up.
 
-        Without a magnetometer the heading is arbitrary.
+        Without a magnetometer, the heading is arbitrary.
         """
         up = _first_direction(self.accel)
         north = (
@@ -113,7 +112,7 @@ def _check_samples(source: str, log: Log) -> None:
 
 
 def _first_direction(values: Floats) -> Floats:
-    """Return the direction of the first sample that has one."""
+    """Return the direction of the first nonzero sample."""
     rows = values[np.isfinite(values).all(axis=1)]
     lengths = np.linalg.norm(rows, axis=1)
     index = int(np.argmax(lengths > 0.0))

@@ -1,4 +1,4 @@
-"""Rows of a comparison, and the measures that several kinds of recording share."""
+"""Rows of a comparison, and measures for several kinds of recordings."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -18,10 +18,10 @@ ERROR_MEASURES: Final = frozenset(
         *(f"{name}_{horizon}" for name in ("growth", "smooth_growth") for horizon in (1, 10, 60)),
     )
 )
-"""Measures that are compared with those on the clean record."""
+"""Error measures, which are compared with their values on the clean recording."""
 
 DEGRADATION_SUFFIX: Final = "_degradation"
-"""Suffix to the name of an error for its ratio to the error on the clean record."""
+"""Suffix of an error's name for its ratio to the error on the clean recording."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,17 @@ class Row:
     source : str
         Name of the recording.
     axis : str
-        The channel's name, or ``"all"`` where the axes are measured together.
+        Name of the channel, or ``"all"`` if the axes are measured together.
     method : str
         Name of the method.
     angle : str
-        Unit of angles in the values: ``"rad"``, or the recording's unit times s if that unit is not
-        known to be a rate.
+        Unit of angles in the values: ``"rad"``, or the recording's unit times s if it is no known
+        rate.
     values : mapping of str to float
         Measures by name, in SI except for angles; NaN for a measure without meaning.
     causal : bool
-        True if the method used no later samples: known for methods of the package, tested for
-        methods of the user.
+        True if the method used no later samples: known for methods of the package, tested for your
+        own methods.
 
     Examples
     --------
@@ -63,7 +63,7 @@ class Row:
 
 
 def add_degradation(row: Row, clean: Row) -> Row:
-    """Return a contaminated record's row with the ratios to the errors on the clean record."""
+    """Return a contaminated recording's row with the ratios to the clean recording's errors."""
     ratios = {
         f"{name}{DEGRADATION_SUFFIX}": value / clean.values[name]
         if clean.values[name] > 0.0
@@ -75,7 +75,7 @@ def add_degradation(row: Row, clean: Row) -> Row:
 
 
 def measure_or_nan(measure: Callable[[], object]) -> float:
-    """Return a measure, or NaN if the record is constant, too short or has too many gaps."""
+    """Return a measure; NaN if the record is constant, too short, or has too many gaps."""
     try:
         return np.asarray(measure(), dtype=np.float64).item()
     except ValueError:
@@ -83,9 +83,9 @@ def measure_or_nan(measure: Callable[[], object]) -> float:
 
 
 def mean_nis(result: AxisResult, where: Booleans) -> float:
-    """Return the mean normalised innovation squared of some samples, NaN without innovations.
+    """Return the mean normalised innovation squared over some samples; NaN without innovations.
 
-    A sample that the method considers motion has no innovation.
+    In motion, a method has no innovation.
     """
     innovation, variance = result.innovation, result.innovation_variance
     if innovation is None or variance is None:

@@ -1,4 +1,4 @@
-"""Methods by name, on one axis of a recording and on many simulated records."""
+"""Methods by name, for one axis of a recording and for simulated records."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,17 +19,17 @@ from zerorate.tasks.trace import Trace
 from zerorate.types import Booleans, Floats
 
 MethodSpec = str | OwnMethod
-"""A method of the package by its name, or one of the user's own."""
+"""Name of a method of the package, or a method of the user."""
 
 
 _SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
-"""Options of the filter by the words that stand after a method's name and a plus."""
+"""Options of the filter by the words after the method's name and a plus."""
 
 WHOLE_RECORD_METHODS: Final = ("wu-ran", "visushrink")
-"""Wavelets, which see the whole record: Wu & Ran's after their robust filter, and VisuShrink."""
+"""Wavelet methods for whole recordings: Wu & Ran's with their robust filter, and VisuShrink."""
 
 _VISUSHRINK_LEVELS: Final = 5
-"""Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
+"""Number of octaves with a threshold in VisuShrink, as in Wu & Ran's comparison."""
 
 METHODS: Final = (
     "raw",
@@ -47,7 +47,7 @@ METHODS: Final = (
 """Methods compared by default."""
 
 FIRST_REST_S: Final = 10.0
-"""Seconds at the start whose mean is the bias."""
+"""Duration of the first rest; its mean is the bias, s."""
 
 _TRACE_BLOCKS: Final = 64
 
@@ -59,15 +59,15 @@ class AxisResult:
     Attributes
     ----------
     estimate : ndarray, shape (n,)
-        Value held while coasting: drift, or the smoothed rate of a sensor at rest.
+        Value to hold while coasting: the drift, or the smoothed rate of a sensor at rest.
     bias : ndarray, shape (n,), or None
         Drift to subtract from the raw rate; None if the method subtracts no drift.
     smooth : ndarray or None
-        Smoothed rate, for use in place of the raw rate; NaN where the raw rate is missing, because
-        a prediction is no measurement.
+        Smoothed rate, to be used instead of the raw rate. NaN where the raw rate is missing,
+        because a prediction is no measurement.
     time_constant : float
-        Time in which the estimate makes 63 % of a step, s; infinite if that time keeps growing,
-        NaN if it is not known.
+        Time in which the estimate makes 63 % of a step, s. Infinite if this time keeps growing, NaN
+        if unknown.
     sigma : ndarray or None
         Standard deviation of the bias.
     at_rest : ndarray of bool or None
@@ -75,7 +75,7 @@ class AxisResult:
     innovation, innovation_variance : ndarray or None
         Innovation of a Kalman filter and its variance.
     causal : bool
-        True if each value depends on no later sample.
+        True if no value depends on later samples.
     """
 
     estimate: Floats
@@ -90,19 +90,18 @@ class AxisResult:
 
 
 def resolve_methods(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[MethodSpec]:
-    """Return the methods in the same order; find and check methods of the user.
+    """Return the methods in the same order, with methods of the user imported and checked.
 
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
-        Names; ``name=module:function``; or functions and classes as `OwnMethod` describes them,
-        under their own names.
+        Names, ``name=module:function``, or functions and classes (see `OwnMethod`).
 
     Raises
     ------
     ValueError
-        If there is no method, two methods have the same name, or a method of the user has the name
-        of a method of the package or cannot be found.
+        If there is no method, or two methods have the same name. Also if a method of the user
+        cannot be found, or has the name of a method of the package.
     """
     specs = [_resolve_method(spec) for spec in methods]
     names = [name_of(spec) for spec in specs]
@@ -124,7 +123,7 @@ def _resolve_method(method: str | OwnMethod | Callable[..., Any]) -> MethodSpec:
 
 
 _OPTIMUM: Final = "optimum"
-"""Name in tables of the filter that knows a simulated gyro."""
+"""Name in tables for the filter that knows the model of a simulated gyro."""
 
 
 def run_on_axis(
@@ -135,22 +134,22 @@ def run_on_axis(
     Parameters
     ----------
     method : str or OwnMethod
-        One of `METHODS`, or any other method of `zerorate.DriftFilter`, with ``+hold`` to learn at
-        rest only and ``+reject`` to reject outliers; or a method of the user.
+        Name in `METHODS`, or another method of `zerorate.DriftFilter`, or a method of the user.
+        Append ``+hold`` to learn only at rest, ``+reject`` to reject outliers.
     z : ndarray, shape (n,)
         Raw rates.
     rate : float
         Samples per second, Hz.
     gain : callable
-        Finds the gain of the best exponential moving average in hindsight, by the measure used for
-        this record.
+        Function that returns the gain of the best exponential moving average in hindsight, by the
+        measure for this record.
     unit : str, optional
-        Unit of the rates. If it is known, "auto" has the same limits as on the command line.
+        Unit of the rates. If it is known, "auto" has the limits of rest of the command line.
 
     Raises
     ------
     ValueError
-        If the method is not known.
+        If the method is unknown.
     MethodError
         If a method of the user fails.
     """
@@ -176,7 +175,7 @@ def filter_arguments(method: str) -> dict[str, Any]:
     """Return the arguments of `zerorate.DriftFilter` for a name such as ``fading+hold``."""
     name, *words = method.split("+")
     options = dict(_SUFFIXES.get(word, ("", "")) for word in words)
-    # The filter itself says which methods it knows, so what is not known here is left to it.
+    # Unknown words are left to the filter, which raises the error.
     is_known = FILTER_OPTIONS.keys() >= options.keys()
     return {"method": name} | options if is_known else {"method": method}
 
@@ -192,7 +191,7 @@ _SIMPLE_METHODS: Final = ("raw", "mean", "ema")
 
 
 def first_rest_bias(z: Floats, rate: float) -> AxisResult:
-    """Return the bias from the first ten seconds, in which the sensor must be at rest."""
+    """Return the mean of the first ten seconds as bias; the sensor must be at rest there."""
     start = z[: max(1, round(FIRST_REST_S * rate))]
     present = start[np.isfinite(start)]
     bias = np.full(z.shape, present.mean() if present.size else np.nan)
@@ -205,7 +204,7 @@ def _run_filter(method: str, z: Floats, rate: float, unit: str | None) -> AxisRe
         rate, channels=1, **add_rest_limits(arguments, [arguments["method"]], unit)
     )
     recorder, parts = Recorder(), []
-    # The traces of a long record at once would fill the memory with what nobody reads.
+    # Traces of a whole long record would fill the memory.
     for block in np.array_split(z[:, np.newaxis], min(_TRACE_BLOCKS, z.size)):
         parts.append(_select_fields(filter_.trace(block)))
         recorder.take(filter_)
@@ -220,7 +219,7 @@ def _run_filter(method: str, z: Floats, rate: float, unit: str | None) -> AxisRe
 
 
 def _run_wavelet(method: str, z: Floats, rate: float) -> Floats:
-    """Return a whole record through a wavelet: NaN if a sample is missing or it is too short."""
+    """Return the wavelet's output for a whole record; NaN if samples are missing or too few."""
     try:
         if method == "visushrink":
             return _denoise_signal(z, level=_VISUSHRINK_LEVELS)
@@ -246,21 +245,21 @@ _TRACE_FIELDS: Final = {
 
 
 def _select_fields(trace: Trace) -> dict[str, Any]:
-    """Return the fields to keep, of the one channel."""
+    """Return the necessary fields of the trace for the one channel."""
     return {own: getattr(trace, name)[:, 0] for name, own in _TRACE_FIELDS.items()}
 
 
-# A trace keeps all that the filter knew at every sample: so many samples of it at a time.
+# A trace needs much memory per sample, so a long record is processed in blocks.
 _BLOCK_SAMPLES: Final = 10_000
 
 HINDSIGHT_METHOD: Final = "ema"
-"""The method that is chosen after the fact, with the truth at hand."""
+"""Method with a gain chosen in hindsight from the true drift."""
 
 
 class Estimate(NamedTuple):
-    """Drift and the standard deviation that the method states: shape (n, k), deg/s.
+    """Drift and its stated standard deviation, shape (n, k), deg/s.
 
-    `sigma` is None if the method states none; `causal` is False if the method looks ahead.
+    `sigma` is None if the method states none. `causal` is False if the method looks ahead.
     """
 
     drift: Floats
@@ -269,7 +268,7 @@ class Estimate(NamedTuple):
 
 
 Method = Callable[[Floats, float], Floats | Estimate]
-"""Called with k records, shape (n, k), and their rate in Hz; returns their drift, causally."""
+"""Function of k records, shape (n, k), and their rate, Hz; it returns the drift."""
 
 
 def name_of(method: MethodSpec | Method) -> str:
@@ -280,7 +279,7 @@ def name_of(method: MethodSpec | Method) -> str:
 
 
 def causal_method(method: MethodSpec | Method) -> Method:
-    """Return a method by its name, or itself. All are causal except `WHOLE_RECORD_METHODS`."""
+    """Return a method by name, or the given function; only `WHOLE_RECORD_METHODS` look ahead."""
     if isinstance(method, OwnMethod):
         return partial(_run_own, method=method)
     if not isinstance(method, str):
@@ -318,7 +317,7 @@ def _run_whole_record(signal: Floats, rate: float, *, method: str) -> Estimate:
 
 
 def _run_own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
-    """Return the bias of a user's own method, which takes rad/s, and its causality."""
+    """Return the bias of the user's method, which gets rad/s, and a flag if it is causal."""
     records = np.radians(np.ascontiguousarray(signal.T))
     biases = [method.run(record, rate) for record in records]
     causal = method.is_causal(records[0], biases[0], rate)
@@ -326,7 +325,7 @@ def _run_own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
 
 
 def _run_auto(signal: Floats, rate: float) -> Estimate:
-    """Return the bias of the self-tuning filter at rest, one record at a time."""
+    """Return the bias of the self-tuning filter at rest, record by record."""
     estimates = [_run_auto_record(record, rate) for record in np.ascontiguousarray(signal.T)]
     drifts, sigmas = zip(*estimates, strict=True)
     return Estimate(np.column_stack(drifts), np.column_stack(sigmas))

@@ -27,12 +27,12 @@ from zerorate.types import Booleans, Floats
 Growth = Callable[[str, Floats], dict[str, float]]
 
 HORIZONS: Final = (1.0, 10.0, 60.0)
-"""Seconds to integrate."""
+"""Lengths of integration, s."""
 
 _FIRST_REST_METHOD: Final = "first rest"
 
 _SPEED_WINDOW_S: Final = 0.2
-"""Seconds over which the reference's speed is taken."""
+"""Window for the speed of the reference, s."""
 
 
 def orientation_rows(
@@ -40,14 +40,14 @@ def orientation_rows(
 ) -> Iterator[Row]:
     """Yield the measures of every method, for all axes together.
 
-    There is no best average in hindsight: it would need one gain for three axes.
+    There is no best moving average, because it would have one gain for three axes.
 
     Parameters
     ----------
     recording, truth : Trial, Orientation
-        Reference of the scores.
+        Recording, and its true orientation.
     methods : sequence of str or OwnMethod
-        Axes to score.
+        Methods to measure.
     samples : ndarray, shape (n, 3)
         Input of the methods: the recording's data, or a contaminated copy.
     """
@@ -60,7 +60,7 @@ def orientation_rows(
                 keyword_argument("columns"),
             )
         )
-    # Where the reference is missing it is taken to turn.
+    # If the reference is missing, it counts as rotating.
     is_turning = ~(
         turning_speed(truth.quaternions, log.rate, _SPEED_WINDOW_S) <= MIN_MOVING_RATE_RAD_S
     )
@@ -107,7 +107,7 @@ def _nis_values(results: list[AxisResult], moving: Booleans) -> dict[str, float]
 
 
 def turning_speed(quaternions: Floats, rate: float, window: float) -> Floats:
-    """Return the angular speed of a reference over windows of this length in seconds, rad/s.
+    """Return the angular speed of a reference over windows of this length (s), rad/s.
 
     NaN at the ends and where the reference is missing.
     """

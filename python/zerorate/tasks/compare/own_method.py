@@ -1,4 +1,4 @@
-"""Methods of the user: import, call and check."""
+"""Methods of the user: import, calls and checks."""
 
 import re
 import traceback
@@ -17,11 +17,11 @@ _NAME: Final = re.compile(r"[\w.-]+")
 _SYNTAX_HINT: Final = "expected NAME=MODULE:FUNCTION, as in mine=my_filter:bias"
 
 _MAX_RELATIVE_DIFFERENCE: Final = 1e-6
-"""Of the largest sample: two runs that differ by less are equal. A function may work in float32."""
+"""Largest difference of equal runs, relative to the largest sample; functions may use float32."""
 
 
 class MethodError(RuntimeError):
-    """A method of the user failed on the data, or did not return a bias for every sample."""
+    """Error for a method of the user that fails or does not return a bias for every sample."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,15 @@ class OwnMethod:
     name : str
         Name in the tables: letters, digits, and ``_``, ``-``, ``.``.
     call : callable
-        A function, called with the samples of one axis, shape (n,) in rad/s (in the unit of the log
-        if that is not known), NaN for missing samples, and with the sampling rate in Hz. It returns
-        the bias after each sample, shape (n,), finite. Or a class: it is called with the sampling
-        rate once for each axis, and ``update(sample)`` of the instance returns the bias after this
-        sample.
+        A function of the samples of one axis, shape (n,), and the sampling rate, Hz. Samples are in
+        rad/s, or in the log's unit if it is no known rate; NaN marks missing samples. The function
+        returns the bias after each sample, shape (n,), finite. Or a class: it is called with the
+        sampling rate for each axis, and ``update(sample)`` returns the bias after this sample.
 
     Raises
     ------
     ValueError
-        If the name holds other characters, or a class has no ``update``.
+        If the name has other characters, or a class has no ``update``.
     TypeError
         If `call` cannot be called.
 
@@ -60,7 +59,7 @@ class OwnMethod:
     call: Callable[..., Any]
 
     def __post_init__(self) -> None:
-        """Refuse an object that cannot be a method."""
+        """Raise an error if the object cannot be a method."""
         if not _NAME.fullmatch(self.name):
             raise ValueError(
                 f"a method's name is made of letters, digits, _, - and ., got {self.name!r}; "
@@ -74,12 +73,12 @@ class OwnMethod:
 
     @classmethod
     def parse(cls, text: str) -> "OwnMethod":
-        """Return the method of the text ``NAME=MODULE:FUNCTION``, after importing its module.
+        """Return the method from a text ``NAME=MODULE:FUNCTION``; its module is imported.
 
         Raises
         ------
         ValueError
-            If the text has another form, or the module cannot be imported or has no such function.
+            If the text has another form, the module cannot be imported, or it lacks the function.
         """
         name, _, target = text.partition("=")
         module, _, attribute = target.partition(":")
@@ -103,7 +102,7 @@ class OwnMethod:
         MethodError
             If the method fails, or does not return a finite number for each sample.
         """
-        # A copy, which it may change.
+        # The method gets a copy, which it may change.
         output = self._call_method(z.copy(), rate)
         try:
             bias = np.asarray(output)
@@ -115,7 +114,7 @@ class OwnMethod:
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
         """Return True if the output for the first half does not depend on the second half.
 
-        A class sees one sample after the other, so it cannot look ahead.
+        A class processes one sample after the other, so it is causal.
         """
         if self._is_class:
             return True
@@ -159,7 +158,7 @@ class OwnMethod:
 
 @contextmanager
 def prefix_errors(subject: str) -> Iterator[None]:
-    """Put the measured method before the text of a `MethodError`."""
+    """Add the name of the measured method to the text of a `MethodError`."""
     try:
         yield
     except MethodError as error:
@@ -180,7 +179,7 @@ def _import_module(name: str, module: str) -> object:
 
 
 def _describe_error(error: BaseException) -> str:
-    """Return an error in one line, with the place in the user's own file that it comes from."""
+    """Return an error in one line, with its position in the user's file."""
     text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_user_frame(frame)]
     if not frames:

@@ -22,14 +22,14 @@ _G_M_S2: Final = UNITS["g"].amount
 
 
 class Run(NamedTuple):
-    """Output of a filter: orientations from sensor to east, north and up, (n, 4)."""
+    """Output of a filter: orientations from sensor to east, north, up, (n, 4)."""
 
     quaternions: Floats
     seconds: float
 
 
 class Peer(NamedTuple):
-    """A filter of another package: import name, function, and a flag if it looks ahead."""
+    """Filter of another package: import name, function, and a flag if it looks ahead."""
 
     package: str
     run: Callable[[Imu], Run]
@@ -45,7 +45,7 @@ def _run_vqf(imu: Imu) -> Run:
     from vqf import VQF
 
     filled = imu.fill_missing()
-    # It needs the rates of accelerometer and magnetometer.
+    # vqf needs the rates of accelerometer and magnetometer.
     vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
     start = time.perf_counter()
     output = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)
@@ -54,7 +54,7 @@ def _run_vqf(imu: Imu) -> Run:
 
 
 def _run_vqf_offline(imu: Imu) -> Run:
-    """Run vqf forward and backward; it knows no missing samples, so there is no result with any."""
+    """Run vqf forward and backward; it has no result if samples are missing."""
     from vqf import offlineVQF
 
     sensors = [imu.gyro, imu.accel] if imu.mag is None else [imu.gyro, imu.accel, imu.mag]
@@ -67,7 +67,7 @@ def _run_vqf_offline(imu: Imu) -> Run:
 
 
 def _run_imufusion(imu: Imu) -> Run:
-    """Run the filter behind the same package's estimate of the bias, as its examples do."""
+    """Run imufusion's filter with its bias estimate, as in its examples."""
     import imufusion
 
     ahrs, bias = imufusion.Ahrs(), imufusion.Bias()
@@ -94,7 +94,7 @@ def _run_imufusion(imu: Imu) -> Run:
 def _run_ahrs_madgwick(imu: Imu) -> Run:
     from ahrs.filters import Madgwick
 
-    # With a magnetometer its earth has north, west and up; without, any heading will do.
+    # With a magnetometer, its earth axes are north, west, up; without, any heading is valid.
     turn = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
     start = product(inverse(turn), imu.first_orientation())
     run = _run_steps(_make_ahrs_step(Madgwick(frequency=imu.rate)), imu.fill_missing(), start)
@@ -109,7 +109,7 @@ def _run_ahrs_mahony(imu: Imu) -> Run:
 
 
 Step: TypeAlias = Callable[[Floats, Floats, Floats, Floats | None], Floats]
-"""Called with an orientation and the samples after it; returns the next orientation."""
+"""Function of an orientation and the samples after it; it returns the next orientation."""
 
 
 def _make_ahrs_step(ahrs: Any) -> Step:  # noqa: ANN401
@@ -138,4 +138,4 @@ PEERS: Final = {
     "ahrs-mahony": Peer("ahrs", _run_ahrs_mahony),
     "vqf-offline": Peer("vqf", _run_vqf_offline, causal=False),
 }
-"""By the names under which they stand in a comparison."""
+"""Filters by their names in a comparison."""

@@ -25,18 +25,18 @@ from zerorate.tasks.compare.trial import Trial
 from zerorate.types import Floats
 
 HORIZONS: Final = (10.0, 60.0)
-"""Seconds to coast."""
+"""Lengths of coasting, s."""
 
 _LEARNING_TIME_S: Final = 120.0
 
 
 def scoring_start(duration: float) -> float:
-    """Return the time from which a record of this length is scored, both in s."""
+    """Return the start of scoring for a record of this length, both in s."""
     return min(_LEARNING_TIME_S, duration / 3.0)
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
-    """Return the axes of a recording, prepared for scoring."""
+    """Return the axes of a recording with their best averages."""
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
     return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
@@ -44,14 +44,14 @@ def scored_axes(recording: Trial) -> list["ScoredAxis"]:
 def rest_rows(
     recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[MethodSpec], samples: Floats
 ) -> Iterator[Row]:
-    """Yield the measures of every axis and method, one after the other.
+    """Yield the measures of every axis and method.
 
     Parameters
     ----------
     recording, axes : Trial, sequence of ScoredAxis
-        Horizons or reference of the scores.
+        Recording, and its axes from `scored_axes`.
     methods : sequence of str or OwnMethod
-        Axis or axes to score.
+        Methods to measure.
     samples : ndarray, shape (n, k)
         Input of the methods: the recording's data, or a contaminated copy.
     """
@@ -65,7 +65,7 @@ def rest_rows(
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
-    """Yield notes: there is no reference, and the sensor seems to move in these spans."""
+    """Yield notes: there is no reference, and the spans in which the sensor seems to move."""
     yield f"{recording.source}: without a reference, so it is assumed to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
@@ -78,7 +78,7 @@ def rest_notes(recording: Trial) -> Iterator[str]:
 
 
 class ScoredAxis:
-    """One axis, and its best averages, with which methods are compared."""
+    """One axis with its best averages, to which methods are compared."""
 
     def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
         rate = recording.log.rate
@@ -93,16 +93,16 @@ class ScoredAxis:
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
-        """Run a method on the axis' own samples or on other ones."""
+        """Run a method on these samples of the axis."""
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
-        """Return the measures of a method's output for its input samples."""
+        """Return the measures of a method's output for these input samples."""
         values = {}
         for horizon in HORIZONS:
             estimate = result.estimate
             if method == HINDSIGHT_METHOD and horizon in self._bests:
-                # Each horizon has a best gain of its own.
+                # Each horizon has its own best gain.
                 estimate = exponential_mean(samples, float(self._bests[horizon].gain))
             error = self._coasting_error(estimate, horizon)
             values[f"coasting_{horizon:g}"] = error
@@ -123,7 +123,7 @@ class ScoredAxis:
         return measure_or_nan(lambda: metrics.coasting_error(z, x, self._rate, horizon))
 
     def _best_error(self, horizon: float) -> float:
-        """Return the error of the best average, NaN if there is none or it is without error."""
+        """Return the error of the best average; NaN if it does not exist or is zero."""
         least = float(self._bests[horizon].error) if horizon in self._bests else 0.0
         return least if least > 0.0 else math.nan
 
@@ -141,7 +141,7 @@ class ScoredAxis:
 
 
 def _allan_ratio(z: Floats, result: AxisResult, rate: float) -> float:
-    """Return the ratio of Allan deviations at ten times the memory."""
+    """Return the ratio of Allan deviations at ten times the time constant."""
     return measure_or_nan(
         lambda: metrics.allan_ratio(z, result.estimate, rate, result.time_constant).ratio[0]
     )

@@ -1,4 +1,4 @@
-"""Methods on simulated gyros: ratio of their error to the optimal filter's error."""
+"""Methods on simulated gyros: ratio of their error to the error of the optimal filter."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ from zerorate.types import Booleans, Floats
 
 _SEED: Final = 1
 _SIGMA_SPAN_S: Final = 10.0
-"""Of contamination."""
+"""Time span of the mean drift to which a stated sigma refers, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +46,15 @@ class Regret:
     sigma : ndarray, shape (models, methods)
         Standard error of the regret, from the scatter between records; NaN for one record.
     coverage : ndarray, shape (models, methods)
-        Share of samples with an error below the sigma that the method states: 0.683 if this sigma
-        is right and errors are Gaussian; NaN if the method states no sigma.
+        Share of samples with an error below the sigma that the method states; NaN without a stated
+        sigma. 0.683 if sigma is right and errors are Gaussian.
     optimum : ndarray, shape (models,)
-        RMSE of the Kalman filter that knows the model, deg/s.
+        RMSE of the Kalman filter with the true model, deg/s.
     causal : ndarray of bool, shape (methods,)
-        True if the method used no later samples: known for methods of the package, tested for
-        methods of the user.
+        True if the method used no later samples: known for methods of the package, tested for your
+        own methods.
     contamination : Contamination or None
-        Contamination of the records; the optimum always has clean records.
+        Contamination of the records; the optimal filter always gets clean records.
     """
 
     methods: tuple[str, ...]
@@ -73,18 +73,18 @@ class Regret:
 
     @property
     def mean(self) -> Floats:
-        """Mean over the models that are not transient, shape (methods,); NaN if there is none."""
+        """Mean regret over models that are not transient, shape (methods,); else NaN."""
         return self._over_models(np.mean)
 
     @property
     def worst(self) -> Floats:
-        """Largest over the models that are not transient, shape (methods,); NaN if none."""
+        """Largest regret over models that are not transient, shape (methods,); else NaN."""
         return self._over_models(np.max)
 
     def part(
         self, methods: Sequence[str], first: int, contamination: Contamination | None
     ) -> "Regret":
-        """Return the neighbouring methods from an index on, under these names."""
+        """Return consecutive methods from an index on, with these names."""
         columns = slice(first, first + len(methods))
         fields = ("regret", "sigma", "coverage", "causal")
         parts = {name: getattr(self, name)[..., columns] for name in fields}
@@ -100,7 +100,7 @@ class Regret:
 
 
 class _Score(NamedTuple):
-    """Mean squared error of each record, shape (k,), its share within one sigma, causal."""
+    """Mean squared error of each record, shape (k,), share within one sigma, causality."""
 
     squares: Floats
     coverage: float
@@ -108,9 +108,9 @@ class _Score(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """Records of gyros of one model: output and true drift, shape (n, k), deg/s, rate in Hz.
+    """Records of a model's gyros: output and true drift, shape (n, k), deg/s, rate in Hz.
 
-    The samples from `first` on count.
+    Scores use the samples from `first` on.
     """
 
     signal: Floats
@@ -119,7 +119,7 @@ class _Trial(NamedTuple):
     first: int
 
     def score(self, method: MethodSpec | Method) -> _Score:
-        """Return the score of a method; its coverage is NaN if it gives no sigma."""
+        """Return the score of a method; its coverage is NaN without a sigma."""
         if method == HINDSIGHT_METHOD:
             return _Score(best_shared_ema(self.signal, self.truth, self.first), np.nan)
         answer = causal_method(method)(self.signal, self.rate)
@@ -136,7 +136,7 @@ class _Trial(NamedTuple):
         )
 
     def _coverage(self, drift: Floats, sigma: Floats | None) -> float:
-        """Return the share of mean drifts over the next ten seconds that are within one sigma."""
+        """Return the share of mean drifts over the next ten seconds within one sigma."""
         if sigma is None:
             return np.nan
         n = len(self.truth)
@@ -162,34 +162,35 @@ def run(
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` of all samples to date, ``"ema"`` (a moving average whose gain is the
-        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults,
-        methods of the user, or callables. A callable receives k records, shape (n, k), and their
-        rate, and returns the drift, or an `Estimate` of drift and sigma. All names differ.
+        Names, methods of the user, or callables. Names: ``"raw"``, ``"mean"`` of all samples to
+        date, ``"ema"`` (the moving average with the best gain in hindsight for each model), and
+        methods of `zerorate.DriftFilter` with its defaults. A callable gets k records, shape (n,
+        k), and their rate. It returns the drift, or an `Estimate` of drift and sigma. All names
+        must differ.
     models : sequence of GyroModel, optional
         The gyros; default all of `MODELS`.
     seeds : int
-        Number of records of each model, at least 1; default 12.
+        Number of records per model, at least 1; default 12.
     duration : float
         Length of a record, s; default half an hour.
     rate : float
-        Samples per second, Hz; default 100, the rate of the table of models.
+        Samples per second, Hz; default 100, as in the table of models.
     score_from : float
-        Time from which errors count, s; default two minutes.
+        Start of scoring, s; default two minutes.
     progress : callable, optional
         Called with the name of the model and the fraction done. By default a notebook shows a bar.
 
     Returns
     -------
     Regret
-        Regrets. The RMS is taken over samples and seeds before the ratio; otherwise lucky seeds
-        would dominate.
+        Regrets. The RMS over samples and seeds is computed before the ratio; otherwise favourable
+        seeds would dominate.
 
     Raises
     ------
     ValueError
-        If a name is unknown or repeated, no model or seed is given, the record is not longer than
-        `score_from`, or a callable returns another shape.
+        If a name is unknown or repeated, there is no model or seed, or the record is not longer
+        than `score_from`. Also if a callable returns another shape.
     MethodError
         If a method of the user fails.
 
@@ -225,16 +226,16 @@ def run_contaminated(
     duration: float = 1800.0,
     progress: Progress | None = None,
 ) -> list[Regret]:
-    """Return the regret on clean records, then the regret with each of the faults added.
+    """Return the regret on clean records, then the regret with each fault.
 
-    With faults the best moving average in hindsight is left out: it would know the outliers.
+    With faults, the best moving average in hindsight is left out: it would know the outliers.
 
     Parameters
     ----------
     methods : sequence of str or OwnMethod
-        Names known to `run`, and methods of the user.
+        Names as in `run`, and methods of the user.
     faults : sequence of Contamination
-        All different.
+        Faults, all different.
     seeds, duration, progress
         As in `run`.
 
@@ -258,7 +259,7 @@ def run_contaminated(
 
 
 def _contaminate_method(method: MethodSpec, fault: Contamination) -> Method:
-    """Return a method that gets contaminated records."""
+    """Return a method with contaminated input."""
 
     def fed(signal: Floats, rate: float) -> Floats | Estimate:
         return causal_method(method)(fault.apply(signal, rate, _SEED), rate)
@@ -295,7 +296,7 @@ def _check_methods(methods: Sequence[MethodSpec | Method]) -> tuple[str, ...]:
 def _compute_regret(
     names: tuple[str, ...], models: tuple[GyroModel, ...], rows: Sequence[Sequence[_Score]]
 ) -> Regret:
-    """Return the regret from the scores of each model: those of the optimum, then the methods."""
+    """Return the regret from the scores of each model; the optimum is the first score."""
     squares = np.array([[score.squares for score in scores] for scores in rows])
     coverage = np.array([[score.coverage for score in scores[1:]] for scores in rows])
     causal = np.logical_and.reduce([[score.causal for score in scores[1:]] for scores in rows])

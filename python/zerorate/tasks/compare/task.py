@@ -76,12 +76,12 @@ class Compared(Result):
         Parameters
         ----------
         per_axis : bool
-            Tables of every axis; by default means over all axes, and the worst axis.
+            Make tables of every axis; by default means over the axes, and the worst axis.
         """
         return table_of(self, per_axis)
 
     def to_json(self) -> str:
-        """Return every measure of every axis as JSON, null where there is none."""
+        """Return every measure of every axis as JSON, null for missing measures."""
         return as_json(self.comparisons, self.simulated)
 
 
@@ -107,11 +107,11 @@ def compare(
     Parameters
     ----------
     source : Recording, Trial, Log, path, data frame or mapping of arrays, or a list of these
-        Recording with a gyro; if it moves, also with a reference.
+        Recording with a gyro; if it moves, it needs a reference.
     methods : sequence of str, OwnMethod or callable
         Methods, as in `zerorate.tasks.compare.compare_methods`.
     contaminate : sequence of str or Contamination
-        Faults to add to the recordings, for separate comparisons.
+        Faults to add to the recordings; each gives a separate comparison.
     attitude : sequence of str
         Attitude filters, for recordings with an accelerometer and the true orientation; () for
         none.
@@ -122,11 +122,11 @@ def compare(
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool
-        Add simulated gyros, whose optimal filter is known.
+        Add simulated gyros with known optimal filters.
     seeds : int
         Number of simulated records of each gyro.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
@@ -142,9 +142,9 @@ def compare(
     LogError
         If a recording cannot be read, or lacks data that its kind of comparison needs.
     ValueError
-        If a method, a fault or the frame is not known, or there is no recording to compare on.
+        If a method, a fault or the frame is unknown, or there is no recording.
     MethodError
-        If a method of your own fails.
+        If your own method fails.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def _prepare_trial(
     fix: bool,
     reading: ReadingArguments,
 ) -> tuple[Trial, tuple[str, ...]]:
-    """Return the trial of a source after the preparation, and the alarms."""
+    """Return the prepared trial of a source, and the alarms."""
     if isinstance(source, Trial):
         return source, ()
     if isinstance(source, Recording | Log):
@@ -201,7 +201,7 @@ def _prepare_trial(
 def _compare_attitudes(
     trials: Sequence[Trial], methods: Sequence[str], frame: Frame, progress: Progress
 ) -> tuple[Comparison, ...]:
-    """Return the comparison of filters of attitude on the recordings that allow it."""
+    """Return the comparison of attitude filters on all suitable recordings."""
     rows: list[Row] = []
     notes: list[str] = []
     for trial in trials if methods else ():
@@ -222,7 +222,7 @@ def _compare_attitudes(
 def _run_simulated(
     methods: Sequence[MethodSpec], faults: list[Contamination], seeds: int, progress: Progress
 ) -> list[Regret]:
-    # Simulated gyros rest.
+    # Simulated gyros are at rest.
     plain = [method for method in methods if "+hold" not in name_of(method)]
     return run_contaminated(plain, faults, seeds=seeds, progress=progress)
 

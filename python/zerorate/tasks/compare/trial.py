@@ -1,4 +1,4 @@
-"""Trials: gyros of a recording, with or without a reference for their motion."""
+"""Trials: gyros of a recording, with or without a reference for the motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 Kind = Literal["rest", "turning", "orientation", "attitude"]
-"""Of a comparison; a trial is of one of the first three."""
+"""Kind of a comparison; the first three are also kinds of trials."""
 
 KINDS: Final = get_args(Kind)
 
@@ -43,7 +43,7 @@ class Reference:
     name : str
         Name of the column.
     rate : ndarray, shape (n,)
-        Rate in rad/s, or in the column's unit if that is not known; NaN where missing.
+        Rate in rad/s, or in the column's unit if it is unknown; NaN where missing.
     """
 
     name: str
@@ -68,19 +68,19 @@ class Orientation:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """Gyros, with a reference or without.
+    """Gyros of a recording, with or without a reference.
 
     Attributes
     ----------
     log : Log
-        Gyros in rad/s, or in the log's unit if that is not known.
+        Gyros in rad/s, or in the log's unit if it is unknown.
     reference : Reference or None
         Rate about the axis of one of the gyros.
     orientation : Orientation or None
         Orientation of the three gyros together.
     accel, mag : Log or None
-        Accelerometer and magnetometer of the same device as the gyros, on their own clocks and in
-        their own units: the logs with the gyros' name, or the only ones.
+        Accelerometer and magnetometer of the gyros' device, with their own clocks and units: logs
+        with the gyros' name, or the only ones.
 
     Examples
     --------
@@ -99,15 +99,15 @@ class Trial:
 
     @classmethod
     def of(cls, recording: Recording) -> Trial:
-        """Return the trial of all gyros that share the clock of the first gyro.
+        """Return the trial of all gyros on the clock of the first gyro.
 
-        The reference is an orientation if the recording has the four columns of a quaternion,
-        otherwise the angle or rate in the first reference column.
+        The reference is an orientation if the recording has four quaternion columns. Otherwise it
+        is the angle or rate in the first reference column.
 
         Raises
         ------
         LogError
-            If there is no gyro, or there is a reference and the unit of the gyros is not known.
+            If there is no gyro, or the gyros with a reference have no known unit.
         """
         log = _join_gyros(recording)
         truth = recording.reference
@@ -129,25 +129,25 @@ class Trial:
 
     @property
     def kind(self) -> Kind:
-        """Kind of the trial; without a reference the sensor must be at rest."""
+        """Kind of the trial; without a reference, the sensor must be at rest."""
         if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
 
     def check_axes(self) -> None:
-        """Raise LogError if an axis holds no sample."""
+        """Raise LogError if an axis has no samples."""
         for name, z in zip(self.log.names, self.log.data.T, strict=True):
             if not np.isfinite(z).any():
                 raise LogError(f"{self.source}: {name} holds no sample: all are missing")
 
     @property
     def angle(self) -> str:
-        """Unit of the integral of its rates."""
+        """Unit of the integrated rates."""
         return "rad" if self.log.unit == "rad/s" else f"{self.log.unit} s"
 
     @property
     def source(self) -> str:
-        """Path of the file, if there is one."""
+        """Path of the file, if any."""
         return str(self.log.meta.get("source", "the log"))
 
 
@@ -166,12 +166,12 @@ def read_trial(
     path, unit
         As in `zerorate.read_log`.
     reference : str, optional
-        Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
-        table. The column is a rate if its unit or name says so; otherwise it is an angle, in deg
-        unless its name ends in rad. Scale and sign may differ from the gyro's.
+        Column of an angle or rate about the axis of one gyro, from a shaft encoder or a rate table.
+        It is a rate if its unit or name shows it. Otherwise it is an angle, in deg unless its name
+        ends in rad. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
-        Four columns w, x, y, z of the orientation from sensor to world. Without `columns`, columns
-        whose names have ``quat`` before this letter, such as ``ref_quat_w``, are found.
+        Four columns w, x, y, z of the orientation from sensor to world. Default: columns with
+        ``quat`` before this letter, such as ``ref_quat_w``, unless `columns` are given.
     **arguments
         Arguments of `zerorate.read_log`; ``start`` and ``stop`` as in `zerorate.read_recording`.
 
@@ -184,7 +184,7 @@ def read_trial(
     ------
     LogError, ValueError, OSError, ImportError
         As `zerorate.read_log`. Also if both a reference and a quaternion are given, a column is
-        missing or contradicts its name, or the unit of the gyros is not known.
+        missing or contradicts its name, or the gyros' unit is unknown.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def read_with_reference(
     quaternion: Sequence[str] | None,
     **arguments: Unpack[ReadArguments],
 ) -> Recording:
-    """Return the recording from which `read_trial` makes a trial."""
+    """Return the recording for a trial of `read_trial`."""
     if reference is not None and quaternion is not None:
         raise ValueError("a log is compared with a reference or a quaternion, not with both")
     if quaternion is not None and len(quaternion) != 4:
@@ -217,7 +217,7 @@ def read_with_reference(
 
 
 def _keep_quaternion(recording: Recording) -> Recording:
-    """Return a recording whose reference is its one quaternion, or that has none."""
+    """Return a recording with its only quaternion as reference, or without a reference."""
     references = [
         log for log in recording.of_kind("reference") if any(map(is_quaternion, log.names))
     ]
@@ -234,7 +234,7 @@ def _keep_quaternion(recording: Recording) -> Recording:
 
 
 def _join_gyros(recording: Recording) -> Log:
-    """Return the channels of all gyros of the first's topic and clock, in rad/s if known."""
+    """Return the channels of all gyros with the first gyro's topic and clock, if possible rad/s."""
     gyro_logs = [_to_si(log) for log in recording.of_kind("gyro")]
     if not gyro_logs:
         raise LogError(
@@ -270,7 +270,7 @@ def _has_same_clock(log: Log, other: Log) -> bool:
 
 
 def _find_companion(recording: Recording, kind: str, gyros: Log) -> Log | None:
-    """Return the log of another kind that shares the name of the gyros' sensor, or the only one."""
+    """Return the log of another kind with the gyros' sensor name, or the only log of its kind."""
     logs = [log for log in recording.of_kind(kind) if log.channels == 3]
     same_sensor = [log for log in logs if _sensor_key(log) == _sensor_key(gyros)]
     if same_sensor:
@@ -279,16 +279,16 @@ def _find_companion(recording: Recording, kind: str, gyros: Log) -> Log | None:
 
 
 def _sensor_key(log: Log) -> tuple[object, str]:
-    """Return the key of a log's sensor: its topic, and the name without the word of its kind.
+    """Return the key of a log's sensor: its topic, and the name without the kind's word.
 
-    So ``left_gyro_x`` and ``left_accel_x`` are of one sensor.
+    For example, ``left_gyro_x`` and ``left_accel_x`` belong to one sensor.
     """
     meaning = meaning_of(log.names[0])
     return log.meta.get("sensor"), "" if meaning is None else _SENSOR_WORD.sub("", meaning.sensor)
 
 
 def align_to_gyros(log: Log, gyros: Log) -> Floats:
-    """Return a log's samples, each at the nearest sample of the gyros; NaN elsewhere."""
+    """Return a log's samples, each at the nearest gyro sample; NaN elsewhere."""
     if _has_same_clock(log, gyros):
         return log.data
     indices = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)
@@ -305,7 +305,7 @@ def _to_si(log: Log) -> Log:
 
 
 def _reference_rate(recording: Recording, log: Log, gyros: Log) -> Floats:
-    """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
+    """Return a reference in rad/s if its unit is known; an angle without a unit is in deg."""
     rate = _to_si(log)
     if rate.unit == "rad/s" or (log.unit == UNKNOWN_UNIT and looks_like_gyro(log.names[0])):
         return align_to_gyros(rate, gyros)[:, 0]

@@ -17,13 +17,13 @@ from zerorate.tasks.compare.trial import Reference, Trial
 from zerorate.types import Floats
 
 MIN_MOVING_RATE_RAD_S: Final = math.radians(2.0)
-"""rad/s: a reference that turns faster moves."""
+"""Smallest reference rate that counts as motion, rad/s."""
 
 _MAX_DELAY_S: Final = 0.5
-"""Seconds by which a reference and a gyro may disagree on the time."""
+"""Largest time offset between reference and gyro, s."""
 
 _DELAY_MARGIN_SAMPLES: Final = 4
-"""Samples that a delay needs in addition."""
+"""Additional samples for the search of a delay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +33,11 @@ class ReferenceFit:
     Attributes
     ----------
     axis : str
-        Gyro of the log that follows the reference best.
+        Gyro of the log that agrees best with the reference.
     raw, rate : ndarray, shape (n,)
         Output of the gyro, and the reference.
     scale : float
-        Gyro output per unit of the reference.
+        Gyro output per unit of reference.
     offset : float
         Gyro output when the reference does not rotate.
     delay : float
@@ -52,7 +52,7 @@ class ReferenceFit:
     delay: float
 
     def note(self, source: str, name: str) -> str:
-        """Return the result of the fit, as a sentence."""
+        """Return a sentence on the result of the fit."""
         return (
             f"{source}: {name} fits {self.axis}: gyro = {self.scale:.4g} times the reference, late "
             f"by {1e3 * self.delay:.3g} ms; the reference is corrected for scale, sign and delay"
@@ -60,12 +60,12 @@ class ReferenceFit:
 
 
 def fit_reference(recording: Trial, reference: Reference) -> ReferenceFit:
-    """Return the reference in the units and time of the gyro that follows it best.
+    """Return the reference with unit, sign and time of the gyro that agrees best with it.
 
     Raises
     ------
     LogError
-        If the record is too short, the reference constant, or no gyro follows it.
+        If the record is too short, the reference is constant, or no gyro agrees with it.
     """
     log = recording.log
     if not log.duration > 2.0 * _MAX_DELAY_S + _DELAY_MARGIN_SAMPLES / log.rate:
@@ -92,10 +92,10 @@ def turning_rows(
 
     Parameters
     ----------
-    recording, match : Trial, Fitted
-        Reference of the scores.
+    recording, match : Trial, ReferenceFit
+        Recording, and its reference from `fit_reference`.
     methods : sequence of str or OwnMethod
-        Axis to score.
+        Methods to measure.
     samples : ndarray, shape (n, k)
         Input of the methods: the recording's data, or a contaminated copy.
     """
@@ -155,7 +155,7 @@ class _Line:
 
 
 def _fit_line(z: Floats, reference: Floats) -> _Line:
-    """Return the straight line that leaves least of the gyro's output."""
+    """Return the straight line with the smallest residual of the gyro's output."""
     present = np.isfinite(z) & np.isfinite(reference)
     if not present.any():
         return _Line(0.0, 0.0, 0.0)

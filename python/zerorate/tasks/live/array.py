@@ -1,4 +1,4 @@
-"""An array of gyros as the engine of a stream: samples of all of them in, the body's rate out."""
+"""Array of gyros as the engine of a stream: answers are the rate of the body."""
 
 import base64
 import math
@@ -28,7 +28,7 @@ from zerorate.tasks.live.stamp_clock import StampClock, TimedEngine, restore_sta
 
 _AXES: Final = ("x", "y", "z")
 _MISSING_BLOCK_SAMPLES: Final = 1 << 14
-"""Missing samples that the array is given at once."""
+"""Largest number of missing samples given to the array at once."""
 
 
 class ArrayColumn(StrEnum):
@@ -47,7 +47,7 @@ class ArrayColumn(StrEnum):
 
 @dataclass(frozen=True)
 class ArraySettings:
-    """The array of a stream, and the contents of its lines: the same after a restart.
+    """Array of a stream, and contents of its lines; both stay the same after a restart.
 
     Parameters
     ----------
@@ -57,21 +57,21 @@ class ArraySettings:
         Extra columns of an answer, from `ArrayColumn`: ``"at_rest"`` for each axis, ``"health"``
         for each sensor.
     columns : tuple of str or int, optional
-        Columns of the axes, sensor by sensor. By default the columns that a header line names like
-        gyros, in their order; without a header line all but `sequence` and `time`.
+        Columns of the axes, sensor by sensor. Default: columns with names of gyros in a header
+        line, in this order; without a header line, all columns except `sequence` and `time`.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
-        Width of the counter that numbers the samples; None if it is to be learned.
+        Width of the sample counter; None to learn it.
     time : str or int, optional
-        Column of the time of each sample; a gap in it counts as missing samples.
+        Column of the time of each sample; a gap counts as missing samples.
     time_unit : str, optional
         Unit of the time, if the column's name does not state it.
 
     Raises
     ------
     ValueError
-        If the array has seen samples, or an extra column is not known.
+        If the array has processed samples, or an extra column is unknown.
 
     Examples
     --------
@@ -93,7 +93,7 @@ class ArraySettings:
     time_unit: str | None = None
 
     def __post_init__(self) -> None:
-        """Check all that does not depend on the lines."""
+        """Check everything that does not depend on the lines."""
         if self.array.samples_seen:
             raise ArgumentError(
                 "array",
@@ -168,7 +168,7 @@ class ArraySettings:
 
 
 class ArrayEngine(TimedEngine):
-    """Answers each sample with the rate of the body, and extra columns.
+    """Engine that answers each sample with the rate of the body, and extra columns.
 
     Parameters
     ----------
@@ -176,12 +176,12 @@ class ArrayEngine(TimedEngine):
         Layout of every line.
     array : GyroArray
         The array.
-    extra : sequence of str
+    extra_columns : sequence of str
         Extra columns.
     samples : int
-        Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
-        Clock whose gaps count as missing samples.
+        Number of samples to date, including lost and garbled samples.
+    stamp_clock : StampClock, optional
+        Clock; its gaps count as missing samples.
     """
 
     def __init__(
@@ -227,7 +227,7 @@ class ArrayEngine(TimedEngine):
         return self.layout.row(cells), self.stamp(cells)
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give the array the samples missing before this one, then this one."""
+        """Process the samples missing before this one, then this one."""
         if step.missing:
             self._predict(step.missing)
         self.samples += 1
@@ -243,7 +243,7 @@ class ArrayEngine(TimedEngine):
         self._array = GyroArray.from_bytes(raw)
 
     def texts(self) -> list[str]:
-        """Return the rate of the body, and the extra columns that were requested."""
+        """Return the rate of the body, and the requested extra columns."""
         texts = format_numbers(self._rate)
         for column in self._extra_columns:
             value = getattr(self._array, column)

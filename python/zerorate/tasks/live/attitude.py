@@ -1,4 +1,4 @@
-"""Attitude as the engine of a stream: gyro, accelerometer, magnetometer in, orientations out."""
+"""Attitude as the engine of a stream: answers are orientations."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,19 +37,19 @@ from zerorate.tasks.source import units_of_sensors
 from zerorate.units import UNITS, convert
 
 _MAX_STEP_RATIO: Final = 30.0
-"""Factor by which steps of the time may be off the rate, unless lines are lost."""
+"""Largest ratio between a step of the time and the period, unless lines are lost."""
 _MAX_ODD_LINES: Final = 10
-"""Lines in a row that are."""
+"""Largest number of consecutive lines with such steps."""
 _CHECKED_LINES: Final = 1000
-"""Number of lines for that test."""
+"""Number of lines in which the time is checked."""
 _MISSING_BLOCK_SAMPLES: Final = 1 << 16
-"""Missing samples that the filter is given at once."""
+"""Largest number of missing samples given to the filter at once."""
 
 _QUATERNION: Final = tuple(f"quat_{axis}" for axis in "wxyz")
 _DEG_PER_RAD: Final = math.degrees(1.0)
 
 
-# Half a turn about the first axis makes of north, east, down axes of which the third is up.
+# Half a turn about the first axis turns north, east, down into axes with the third axis up.
 _TO_Z_UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
     "enu": lambda w, x, y, z: (w, x, y, z),
     "nwu": lambda w, x, y, z: (w, x, y, z),
@@ -102,7 +102,7 @@ _EXTRA_COLUMNS: Final[
 
 @dataclass(frozen=True)
 class AttitudeSettings:
-    """The filter of a stream of attitudes, and the contents of its lines: the same after a restart.
+    """Filter of a stream of attitudes, and contents of its lines; both stay after a restart.
 
     Parameters
     ----------
@@ -111,35 +111,35 @@ class AttitudeSettings:
     frame : str
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
-        Use a magnetometer, if the lines hold one.
+        Use the magnetometer if the lines contain one.
     extra : tuple of str
-        Extra columns of an answer, of `AttitudeColumn`.
+        Extra columns of an answer, from `AttitudeColumn`.
     columns : tuple of str or int, optional
-        Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. By
-        default the columns that a header line names so; without a header line all but `sequence`
-        and `time`.
+        Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. Default:
+        columns with such names in a header line; without a header line, all columns except
+        `sequence` and `time`.
     sequence, time : str or int, optional
         Columns of a sequence number, and of the time of each sample; None for none.
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
     sequence_bits : int, optional
-        Width of the counter that numbers the samples; None if it is to be learned.
+        Width of the sample counter; None to learn it.
     gyro_unit, accel_unit : str, optional
-        Units, if a header line does not state them.
+        Units, if the header line does not state them.
     gyro_scale, accel_scale : float, optional
-        Factors of the samples; the units are those of the products.
+        Factors of the samples; the units apply to the products.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
     limit : float, optional
-        End of the gyro's range, in its unit: a sample beyond it is missing. Default 4000 deg/s.
+        End of the gyro's range, in its unit: samples beyond it are missing. Default 4000 deg/s.
     learn_magnetometer : bool
         Learn the magnetometer's hard iron from the motion.
 
     Raises
     ------
     ValueError
-        If the rate, the frame, an extra column or a unit is not known.
+        If the rate is not valid, or the frame, an extra column or a unit is unknown.
 
     Examples
     --------
@@ -182,7 +182,7 @@ class AttitudeSettings:
         )
 
     def __post_init__(self) -> None:
-        """Check all that does not depend on the lines."""
+        """Check everything that does not depend on the lines."""
         object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
         if self.limit is not None and not 0.0 < self.limit < math.inf:
             raise ArgumentError("limit", f"must be a positive number, got {self.limit}")
@@ -255,22 +255,22 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
 
 
 class AttitudeEngine(TimedEngine):
-    """Answers each sample with the quaternion w, x, y, z from sensor to earth, and extra columns.
+    """Engine that answers each sample with the quaternion w, x, y, z from sensor to earth.
 
-    A line holds three numbers each of gyro, accelerometer and optionally magnetometer. If a cell is
-    empty or ``nan``, the sensor's sample is missing.
+    A line has three numbers each for gyro, accelerometer and optionally magnetometer. If a cell is
+    empty or ``nan``, the sensor's sample is missing. Extra columns follow the quaternion.
 
     Parameters
     ----------
-    opened : Opened
+    first_line : FirstLine
         Contents of the first line.
     settings : AttitudeSettings
         Requested settings.
     filter : Attitude
         The filter.
     samples : int
-        Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
+        Number of samples to date, including lost and garbled samples.
+    stamp_clock : StampClock, optional
         The clock.
     """
 
@@ -320,7 +320,7 @@ class AttitudeEngine(TimedEngine):
         return row, stamp
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give the filter the samples missing before this one, then this one."""
+        """Process the samples missing before this one, then this one."""
         if step.missing:
             self._miss(step.missing, step.dt)
         gyro, accel, mag = self._scale_row(row)
@@ -331,7 +331,7 @@ class AttitudeEngine(TimedEngine):
         self._quaternion = self._filter.update(gyro, accel, mag, dt=step.dt)
 
     def _miss(self, count: int, dt: float | None) -> None:
-        """Give so many missing samples to the filter."""
+        """Process `count` missing samples."""
         self.samples += count
         while count > 0:
             n = min(count, _MISSING_BLOCK_SAMPLES)
@@ -341,7 +341,7 @@ class AttitudeEngine(TimedEngine):
             count -= n
 
     def texts(self) -> list[str]:
-        """Return the orientation, and the extra columns that were requested."""
+        """Return the orientation, and the requested extra columns."""
         texts = format_numbers(self._quaternion)
         for _, read in self._extra_columns:
             texts += format_numbers(read(self._filter))
@@ -390,7 +390,7 @@ class AttitudeEngine(TimedEngine):
         return self._filter.to_bytes()
 
     def _check_time(self, stamp: float) -> None:
-        """Refuse a time that contradicts the rate in many lines, as one in another unit does."""
+        """Raise an error if the time contradicts the rate in many lines, as with a wrong unit."""
         step, self._last = stamp - self._last, stamp
         self._unchecked -= 1
         rate = self._settings.rate
@@ -410,7 +410,7 @@ class AttitudeEngine(TimedEngine):
             )
 
     def _scale_row(self, row: list[float]) -> list[Any]:
-        """Return the samples of the sensors, None for a magnetometer that is not there."""
+        """Return the samples of the sensors; None for a missing magnetometer."""
         gyro, accel = np.array(row[:3]), np.array(row[3:6])
         if self._settings.gyro_scale is not None:
             gyro = gyro * self._settings.gyro_scale

@@ -1,4 +1,4 @@
-"""The filter of a stream, which answers without delay after any gap."""
+"""Filter of a stream that answers without delay, even after a long gap."""
 
 import math
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ import numpy as np
 from zerorate._native import DriftFilter, MotionDetector
 from zerorate.tasks.live.lines import DriftColumn, answer_texts
 
-# About a millisecond of the slowest method, after which nobody asks in a stream that has a gap.
+# Enough for a millisecond of the slowest method; a longer prediction has no use in a stream.
 _MAX_IMMEDIATE_SAMPLES: Final = 1 << 14
-# What the slowest method predicts in a third of a second: the samples that come leave that free.
+# The slowest method predicts this number in a third of the time between samples.
 _PREDICTED_SAMPLES_PER_S: Final = 1 << 22
 _BLOCK_SAMPLES: Final = 1 << 16
 _NO_FORCE: Final = (math.nan, math.nan, math.nan)
@@ -20,23 +20,23 @@ _NO_FORCE: Final = (math.nan, math.nan, math.nan)
 
 @dataclass
 class BacklogFilter:
-    """A filter and the number of missing samples that it has not processed yet.
+    """Filter with the number of missing samples that it has not processed yet.
 
-    It processes a long gap in pieces, one piece with each new sample. A sample that comes meanwhile
-    is answered with the drift known at that time, and counts as missing, so the state does not
-    depend on how fast the machine is.
+    It processes a long gap in pieces, one with each new sample. Samples that arrive meanwhile are
+    answered with the last known drift and count as missing. So the state does not depend on the
+    speed of the machine.
 
     Parameters
     ----------
     filter : DriftFilter
-        The filter; for one channel it takes floats.
-    extra : sequence of DriftColumn
+        Filter; with one channel it takes floats.
+    extra_columns : sequence of DriftColumn
         Extra columns of an answer.
-    owed : int
+    pending_count : int
         Number of missing samples that the filter has not processed yet.
     motion : MotionDetector, optional
-        Detector of motion by the accelerometer next to the gyro; a filter that holds the bias in
-        motion uses its flag, as in a replay.
+        Detector of motion by the gyro's accelerometer; a filter that holds the bias in motion uses
+        it, as in a replay.
     """
 
     filter: DriftFilter
@@ -45,14 +45,14 @@ class BacklogFilter:
     motion: MotionDetector[Any] | None = None
 
     def __post_init__(self) -> None:
-        """Derive the prediction in between."""
+        """Set the derived fields."""
         self._holds_in_motion = self.motion is not None and self.filter.params["motion"] == "hold"
         self._width = self.filter.channels or 1
         params = self.filter.params
-        # A sample at the end of the sensor's range is missing.
+        # A saturated sample counts as missing.
         self._limit = math.inf if params["limit"] is None else params["limit"]
         self._compensates = params["output"] == "compensated"
-        # Two at least: the sample that comes meanwhile is owed as well.
+        # At least two, because the sample that arrives meanwhile is also pending.
         self._catch_up_samples = max(
             2, int(_PREDICTED_SAMPLES_PER_S / (self.filter.rate * self._width))
         )

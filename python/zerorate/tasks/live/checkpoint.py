@@ -1,4 +1,4 @@
-"""The bytes of a stream's state, of any engine, and their required contents."""
+"""Bytes of a stream's state for all engines, with their checks."""
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -36,11 +36,11 @@ FOREIGN_STATE_ERRORS: Final = (
     OverflowError,
     RecursionError,
 )
-"""Errors that JSON of another kind raises when it is read as a state."""
+"""Errors for JSON that is not a valid state."""
 
 
 class CheckpointError(ValueError):
-    """The bytes are no complete checkpoint, or a checkpoint with other settings."""
+    """Error for bytes that are no complete checkpoint, or have other settings."""
 
 
 class SettingsError(CheckpointError):
@@ -82,7 +82,7 @@ class StreamState:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the state from JSON; raise one of `FOREIGN_STATE_ERRORS` for another kind."""
+        """Return the state from JSON; raises one of `FOREIGN_STATE_ERRORS` for other content."""
         width, channels, sequence, names, unit = fields["layout"]
         layout = Layout(
             check_count(width),
@@ -109,7 +109,7 @@ class StreamState:
 
 
 def restore_filter(restore: Callable[[bytes], T], raw: bytes) -> T:
-    """Return the filter from its bytes; CheckpointError if they hold no filter."""
+    """Return the filter from its bytes; CheckpointError if they contain no filter."""
     try:
         return restore(raw)
     except ValueError as error:
@@ -134,7 +134,7 @@ def check_settings(
         raise SettingsError(f"it is of the engine '{saved.kind}', not of '{current.kind}'")
     saved_fields = saved.as_json() | {"fields": width}
     current_fields = current.as_json() | ({} if fields is None else {"fields": fields})
-    # Limits that are not given are not there; options of one of two methods come after the method.
+    # Limits that are not set are absent; options of only one method follow the method.
     for name in [
         *current_fields,
         *(REST_LIMITS.keys() & saved_fields.keys() - current_fields.keys()),
@@ -162,7 +162,7 @@ def _format_value(value: object) -> str:
 
 
 def restore_sequence(settings: EngineSettings, saved: Sequence[Any]) -> SequenceCount:
-    """Restore the counts of `sequence_state`; one of `FOREIGN_STATE_ERRORS` for another kind."""
+    """Return the counts from `sequence_state`; raises one of `FOREIGN_STATE_ERRORS` otherwise."""
     counts = dict(zip(_SEQUENCE_FIELDS, saved, strict=True))
     for name in ("lost_count", "late_count", "restart_count", "run"):
         check_count(counts[name])
@@ -184,7 +184,7 @@ def _check_integer(value: object) -> int:
 
 
 def check_count(value: object) -> int:
-    """Return the argument if it is a count; otherwise raise TypeError or ValueError."""
+    """Return a count; TypeError or ValueError if the argument is no count."""
     if _check_integer(value) < 0:
         raise ValueError("a count was expected")
     return _check_integer(value)

@@ -1,4 +1,4 @@
-"""The drift filter as the engine of a stream."""
+"""Drift filter as the engine of a stream."""
 
 import base64
 import math
@@ -18,31 +18,31 @@ from zerorate.tasks.live.view import View
 
 _NEXT_STEP: Final = Step(0, None, math.nan)
 _HEAD_SAMPLES: Final = 100
-"""Number of samples for the test for raw counts."""
+"""Number of samples tested for raw counts."""
 
 
 Corrector: TypeAlias = Callable[[list[float], list[float]], list[float]]
 
 
 class DriftEngine(TimedEngine):
-    """Answers each sample with its rate, in the positions of the channels.
+    """Engine that answers each sample with its rate, in the columns of the channels.
 
     Parameters
     ----------
     layout : Layout
         Layout of every line.
-    running : Running
+    backlog : BacklogFilter
         The filter.
     scale, limit : float, optional
         Factor of the samples, and end of the sensor's range.
     samples : int
-        Number of samples to date, including lost and garbled ones.
+        Number of samples to date, including lost and garbled samples.
     accel : sequence of int
-        Columns of an accelerometer, x, y, z; empty if there is none.
+        Columns of an accelerometer, x, y, z; empty without one.
     stamp_clock : StampClock, optional
-        Clock whose gaps count as missing samples.
+        Clock; its gaps count as missing samples.
     correct : callable, optional
-        Corrects a gyro sample with a calibration, given the accelerometer's sample.
+        Function that corrects a gyro sample with a calibration; it also gets the force.
     """
 
     def __init__(
@@ -85,16 +85,16 @@ class DriftEngine(TimedEngine):
             super().miss(count)
 
     def read(self, cells: Sequence[str]) -> tuple[Any, float | None]:
-        """Return the sample of gyro and accelerometer, and the stamp; LineError if none."""
+        """Return the sample of gyro and accelerometer, and the stamp; else LineError."""
         gyro, force = self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
         return (gyro, force), self.stamp(cells)
 
     def numbers(self, row: tuple[list[float], list[float]]) -> list[float]:
-        """Return the numbers that are equal if a row repeats the row before."""
+        """Return the numbers of a row that are compared with the row before."""
         return [*row[0], *row[1]]
 
     def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
-        """Give the filter the samples missing before this one, then this one."""
+        """Process the samples missing before this one, then this one."""
         if step.missing:
             self.samples += step.missing
             self._backlog.miss(step.missing)
@@ -118,7 +118,7 @@ class DriftEngine(TimedEngine):
         return self._texts
 
     def texts(self) -> list[str]:
-        """Return the rate of each channel, and the extra columns that were requested."""
+        """Return the rate of each channel, and the requested extra columns."""
         return self._texts
 
     def snapshot(self) -> list[Any]:
@@ -132,7 +132,7 @@ class DriftEngine(TimedEngine):
         del self._head[self.samples :]
 
     def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the line: its cells with the channels replaced, then the extra columns."""
+        """Return a line with its channels replaced by the texts, then the extra columns."""
         return self.layout.answer(cells, texts)
 
     def header(self, cells: Sequence[str]) -> str:
@@ -141,7 +141,7 @@ class DriftEngine(TimedEngine):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the filtered columns, None if a line holds only a sample."""
+        """Sentence on the filtered columns; None if a line has only a sample."""
         layout, passing = self.layout, self.layout.passthrough_labels
         if layout.names is None and not passing:
             count = layout.fields
@@ -155,14 +155,14 @@ class DriftEngine(TimedEngine):
         return f"{filters}; passes on {', '.join(passing)}" if passing else filters
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples if they look like raw counts, once."""
+        """Return a sentence, only once, if the first samples look like raw counts."""
         if self.samples < _HEAD_SAMPLES or not self._head:
             return None
         head, self._head = np.array(self._head), []
         return describe_counts(self._names, "gyro", self.layout.unit or UNKNOWN_UNIT, head)
 
     def sentences(self) -> Iterator[str]:
-        """Yield notes on the samples that the filter has left out up to now."""
+        """Yield sentences on the samples left out to date."""
         yield from super().sentences()
         filter_ = self._backlog.filter
         seen = filter_.samples_seen
@@ -186,7 +186,7 @@ class DriftEngine(TimedEngine):
         )
 
     def state(self) -> dict[str, Any]:
-        """Return the count of missing samples still to be given, and the detector's state."""
+        """Return the number of pending missing samples, and the detector's state."""
         motion = self._backlog.motion
         fields = {"owed": self._backlog.pending_count, **self.timing()}
         if motion is None:
@@ -195,5 +195,5 @@ class DriftEngine(TimedEngine):
         return {**fields, "accel": list(self._accel), "motion": motion_state}
 
     def to_bytes(self) -> bytes:
-        """Return the filter."""
+        """Return the filter as bytes."""
         return self._backlog.filter.to_bytes()

@@ -1,4 +1,4 @@
-"""Interface between a stream of lines and its engine: a drift filter, an array or a navigation."""
+"""Interface between a stream of lines and its engine: drift, attitude, array or navigation."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,16 +9,16 @@ from zerorate.tasks.live.view import View
 
 
 class Engine(ABC):
-    """Answers samples, and defines the contents of its checkpoints.
+    """Engine that answers samples and defines the contents of its checkpoints.
 
-    An answer has all cells of a line that are not the sample, then the engine's columns.
+    An answer has all cells of a line that are no sample, then the engine's columns.
 
     Parameters
     ----------
     layout : Layout
         Layout of every line.
     samples : int
-        Number of samples to date, including lost and garbled ones if they count.
+        Number of samples to date, including lost and garbled samples if they count.
     """
 
     def __init__(self, layout: Layout, samples: int = 0) -> None:
@@ -31,7 +31,7 @@ class Engine(ABC):
         """Names of the columns of an answer."""
 
     def read(self, cells: Sequence[str]) -> Any:  # noqa: ANN401  # each engine has its own
-        """Return the sample in the cells of a line; LineError if they hold none."""
+        """Return the sample in the cells of a line; LineError if there is none."""
         return self.layout.row(cells)
 
     @abstractmethod
@@ -48,16 +48,16 @@ class Engine(ABC):
 
     @abstractmethod
     def to_bytes(self) -> bytes:
-        """Return the filter."""
+        """Return the filter as bytes."""
 
     @property
     def nan_texts(self) -> list[str]:
-        """The answer to a sample that was not used."""
+        """Answer to a sample that was not used."""
         return ["nan"] * len(self.columns)
 
     @property
     def no_answer(self) -> str:
-        """The answer to a garbled line: as many ``nan`` as an answer has columns."""
+        """Answer to a garbled line: one ``nan`` per column of an answer."""
         return ",".join([*["nan"] * len(self.layout.passthrough_labels), *self.nan_texts])
 
     def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
@@ -77,20 +77,20 @@ class Engine(ABC):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the columns, None if none is needed."""
+        """Sentence on the columns; None if not necessary."""
         return None
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples, once; None if none is needed."""
+        """Return a sentence on the first samples, only once; None if not necessary."""
         return None
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes of the whole stream."""
+        """Yield sentences on the whole stream."""
         yield from ()
 
 
 class EngineSettings(Protocol):
-    """Settings of an engine and its lines; they do not change in a restart."""
+    """Settings of an engine and its lines; they stay the same after a restart."""
 
     kind: ClassVar[str]
     """Word for the engine in a checkpoint."""
@@ -105,13 +105,13 @@ class EngineSettings(Protocol):
 
     @property
     def sequence_bits(self) -> int | None:
-        """Width of the counter that numbers the samples."""
+        """Width of the sample counter."""
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new engine for lines like the first; raise LineError or ColumnError."""
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the engine from a checkpoint; ValueError if its parts do not belong together."""
+        """Return the engine from a checkpoint; ValueError if its parts contradict each other."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings in the types of JSON."""

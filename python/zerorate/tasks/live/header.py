@@ -1,4 +1,4 @@
-"""Properties of a stream's samples that its first line states, if it is a comment."""
+"""Rate and unit of a stream in a comment in its first line."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _KEYS: Final = ("rate", "unit")
 
 
 def stated_in_header(line: str) -> dict[str, Any]:
-    """Return rate, Hz, and unit that a comment states; empty for any other line.
+    """Return rate, Hz, and unit stated in a comment; empty for other lines.
 
     Parameters
     ----------
     line : str
-        The first line: ``# rate: 100 Hz, unit: deg/s``, or the first line of a file from
+        First line: ``# rate: 100 Hz, unit: deg/s``, or the first line of a file from
         `zerorate.write_log`.
 
     Examples

@@ -1,4 +1,4 @@
-"""The lines of a stream: their cells and columns, and their answers."""
+"""Lines of a stream: cells, columns and answers."""
 
 import math
 import re
@@ -20,22 +20,22 @@ from zerorate.io.sensors import find_sensor_columns
 from zerorate.record import LogError
 from zerorate.record.names import UNKNOWN_UNIT, common_unit
 
-# As many digits as a counter of 64 bits may have.
+# Number of digits of a 64-bit counter.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 
 _AXES: Final = "xyz"
 _UNPRINTABLE: Final = "it holds characters that cannot be printed"
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
-"""One number a channel: alone, or as an array of shape (k,)."""
+"""One number per channel: a single number, or an array of shape (k,)."""
 
 
 class LineError(ValueError):
-    """A line does not agree with earlier lines or with the options."""
+    """Error for a line that contradicts earlier lines or the options."""
 
 
 class ColumnError(LineError):
-    """A line shows that the columns differ from the request: no later line can be used."""
+    """Error for columns that differ from the request; no later line can be used."""
 
 
 def split_cells(line: str) -> list[str]:
@@ -47,7 +47,7 @@ def split_cells(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class ColumnRequest:
-    """Request for columns by name or position; None requests the gyro columns."""
+    """Columns requested by name or position; None requests the gyro columns."""
 
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
@@ -60,10 +60,9 @@ class ColumnRequest:
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of every line: the columns that are filtered; all others pass through.
+    """Layout of every line: the filtered columns; all other columns pass through.
 
-    `names` are the names in the header, if there was one; `unit` is the unit of the channels, if it
-    is known.
+    `names` are the names in the header, if any. `unit` is the unit of the channels, if known.
     """
 
     fields: int
@@ -85,10 +84,10 @@ class Layout:
         return [name for i, name in enumerate(names) if i not in self.channels]
 
     def row(self, cells: Sequence[str]) -> list[float]:
-        """Return the sample in the cells of a line, one number per channel; LineError if none."""
+        """Return the sample in the cells of a line, one number per channel; else LineError."""
         self._check_count(cells)
         row = [_parse_number(cells[i]) for i in self.channels]
-        # What passes through may reach a terminal.
+        # Escape passed cells, because they may reach a terminal.
         if len(row) < self.fields and not "".join(cells).isprintable():
             raise LineError(_UNPRINTABLE)
         return row
@@ -102,13 +101,13 @@ class Layout:
         return int(cell)
 
     def is_header(self, cells: Sequence[str]) -> bool:
-        """Return True if a line names the columns again; ColumnError if it names others."""
+        """Return True if a line repeats the column names; ColumnError for other names."""
         if self.names is None or not any(cell[:1].isalpha() for cell in cells):
             return False
         cell_names = _fill_names(cells)
         if cell_names == self.names:
             return True
-        # A garbled line may hold any words, but hardly some of the names and nothing else.
+        # A garbled line may contain any words, but hardly only some of the names.
         is_complete = len(cell_names) == self.fields and all(map(_is_name_like, cell_names))
         if is_complete and set(cell_names) & set(self.names):
             names, known = ",".join(cell_names), ",".join(self.names)
@@ -116,7 +115,7 @@ class Layout:
         return False
 
     def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the line with `texts` in place of its channels; surplus ones are appended."""
+        """Return the line with `texts` in its channels; additional texts are appended."""
         if self._is_all_channels:
             return ",".join(texts)
         whole = list(cells)
@@ -135,18 +134,18 @@ class Layout:
         return self.channels == tuple(range(self.fields))
 
     def _check_count(self, cells: Sequence[str]) -> None:
-        # Nothing but a line's end says that all of it is missing.
+        # A line with an empty end has all its values missing.
         if len(cells) != self.fields:
             raise LineError(f"it has {len(cells)} cells, expected {self.fields}")
 
 
 def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
-    """Return the layout from the first line, which is a header or a sample.
+    """Return the layout from the first line, a header or a sample.
 
     Raises
     ------
     LineError
-        If the line is empty, garbled, or has another number of cells than requested.
+        If the line is empty, garbled, or has a wrong number of cells.
     ColumnError
         If a requested column is missing.
     """
@@ -181,9 +180,9 @@ def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
 def header_names(
     cells: Sequence[str], columns: Sequence[str | int] | None = None
 ) -> tuple[str, ...] | None:
-    """Return the names in a first line, None if it holds a sample; LineError if neither.
+    """Return the names in a first line; None for a sample; LineError otherwise.
 
-    If all requested positions hold numbers, the line is a sample, and other cells are labels.
+    If all requested positions have numbers, the line is a sample, and other cells are labels.
     """
     places = [i for i in columns or () if isinstance(i, int) and 0 <= i < len(cells)]
     if places and len(places) == len(columns or ()) and all(_is_number(cells[i]) for i in places):
@@ -196,7 +195,7 @@ def _find_gyros(names: Sequence[str]) -> list[int]:
 
 
 def columns_of_sensor(names: Sequence[str], kind: str) -> tuple[int, ...]:
-    """Return the columns of the one sensor of a kind; ColumnError if several devices have one."""
+    """Return the columns of the only sensor of a kind; ColumnError if there are several."""
     try:
         return find_sensor_columns(names, kind)
     except LogError as error:
@@ -216,7 +215,7 @@ def _describe_no_channel(names: Sequence[str] | None) -> str:
 def _check_channels(
     channels: Sequence[int], sequence: int | None, names: Sequence[str] | None
 ) -> None:
-    """Refuse columns that were requested as gyros and are none."""
+    """Raise an error for requested gyro columns that are no gyro."""
     if len(set(channels)) < len(channels):
         raise ColumnError(make_sentence(keyword_argument("columns"), " names a column twice"))
     if sequence in channels:
@@ -253,7 +252,7 @@ def _is_name_like(cell: str) -> bool:
 
 
 def _parse_names(cells: Sequence[str]) -> tuple[str, ...]:
-    # A header of numbers and names is more likely a sample that was garbled.
+    # A header with numbers and names probably is a garbled sample.
     if any(cell and _is_number(cell) for cell in cells):
         several = sum(map(_is_number, cells)) >= len(_AXES)
         remedy = (
@@ -286,12 +285,12 @@ def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -
 
 
 def _parse_number(cell: str) -> float:
-    """Return the number in a cell, NaN where it is missing.
+    """Return the number in a cell, NaN if it is missing.
 
     Raises
     ------
     LineError
-        If it is neither.
+        If the cell has neither a number nor a mark for a missing one.
     """
     try:
         return parse_number(cell, decimal_comma=False)
@@ -300,7 +299,7 @@ def _parse_number(cell: str) -> float:
 
 
 def number_or_nan(cell: str) -> float:
-    """Return the number in a cell, NaN if the cell holds no number."""
+    """Return the number in a cell; NaN for other texts."""
     try:
         return _parse_number(cell)
     except LineError:
@@ -308,7 +307,7 @@ def number_or_nan(cell: str) -> float:
 
 
 def _is_number(cell: str) -> bool:
-    """Return True if a cell holds a number, or says that one is missing."""
+    """Return True if a cell has a number, or a mark for a missing one."""
     try:
         _parse_number(cell)
     except LineError:
@@ -317,7 +316,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _shorten_cell(cell: str) -> str:
-    """Return a cell as a message may show it."""
+    """Return a cell shortened for a message."""
     shown = cell if len(cell) <= 40 else cell[:37] + "..."
     return shown.encode("unicode_escape").decode("ascii")
 
@@ -342,7 +341,7 @@ class DriftColumn(StrEnum):
 def answer_texts(
     rate: _Column, filter_: DriftFilter, extra_columns: Sequence[DriftColumn]
 ) -> list[str]:
-    """Return the rate of every channel, then every extra column of every channel."""
+    """Return the rate of each channel, then the extra columns of each channel."""
     if not extra_columns:
         return format_numbers(rate)
     columns = (rate, *(getattr(filter_, name) for name in extra_columns))
@@ -350,6 +349,6 @@ def answer_texts(
 
 
 def format_numbers(column: _Column) -> list[str]:
-    """Return the shortest texts that read back as the same floats; flags as 0 or 1."""
+    """Return the shortest texts that restore the floats exactly; flags become 0 or 1."""
     values = column.tolist() if isinstance(column, np.ndarray) else [column]
     return [repr(value) if type(value) is float else str(int(value)) for value in values]

@@ -1,6 +1,6 @@
-"""Listeners: who may reach an address of this machine, and how much of it one peer may take.
+"""Listeners: permitted senders, and limits of their connections and data.
 
-All listeners use this file: the page of ``--serve``, pushes, datagrams.
+The page of ``--serve``, pushes and datagrams use this module.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from time import monotonic
 from typing import Any, Final, Self, TypeAlias
 
 MAX_QUEUED_BYTES: Final = 1 << 26
-"""Bytes that wait for the filter at most."""
+"""Largest number of bytes waiting for the filter."""
 CUT: Final = b"..."
-"""Mark after a record that is cut: without it, it could pass for a whole one."""
+"""Mark at the end of a cut record, which otherwise could look complete."""
 _MAX_CONNECTIONS: Final = 64
-"""Connections of a listener: of more the one that has been idle longest is closed."""
+"""Largest number of connections per listener; beyond, the longest idle one is closed."""
 _COUNTS_DROPS: Final = sys.platform == "linux"
 _DROP_COUNT_OPTION: Final = 40
-"""Linux's ``SO_RXQ_OVFL``, for which `socket` has no name."""
+"""Linux's ``SO_RXQ_OVFL``, which `socket` does not define."""
 _DROP_COUNT_BYTES: Final = 4
 _KEPT_BYTES: Final = 80
-"""Bytes kept of a datagram that is cut."""
+"""Number of bytes kept of a cut datagram."""
 _IDLE_S: Final = 30.0
-"""Seconds that a peer may let a connection wait."""
+"""Longest wait for data on a connection, s."""
 _POLL_S: Final = 0.05
 _MAX_PORT: Final = 65535
 _ANY: Final = "any"
@@ -40,7 +40,7 @@ Address: TypeAlias = tuple[Any, ...]
 
 
 def parse_host_port(text: str) -> tuple[str, int]:
-    """Return host and port of ``HOST:PORT``; ValueError for another text."""
+    """Return host and port of ``HOST:PORT``; ValueError for other texts."""
     host, _, number = text.rpartition(":")
     is_port = number.isascii() and number.isdecimal() and len(number) <= len(str(_MAX_PORT))
     if not host or not is_port or int(number) > _MAX_PORT:
@@ -55,9 +55,9 @@ class Access:
     Parameters
     ----------
     networks : tuple of networks
-        Addresses of other machines that may send.
+        Addresses of other machines that are permitted to send.
     names : tuple of str
-        Names of this machine that requests may use besides its addresses.
+        Names of this machine that requests may use, besides its addresses.
     """
 
     networks: tuple[_Network, ...] = ()
@@ -88,14 +88,14 @@ class Access:
         return cls(tuple(networks), tuple(names))
 
     def resolve(self, host: str, port: int, kind: int) -> tuple[int, Address]:
-        """Return address family and address to listen at.
+        """Return the address family and address for a listener.
 
         Raises
         ------
         ValueError
-            If other machines can reach the address, and none of them is permitted.
+            If other machines can reach the address, but none is permitted.
         OSError
-            If the host is not known.
+            If the host is unknown.
         """
         try:
             family, _, _, _, address = socket.getaddrinfo(host, port, type=kind)[0]
@@ -109,7 +109,7 @@ class Access:
         return family, address
 
     def admits_peer(self, peer: str) -> bool:
-        """Return True if a peer with this address may send."""
+        """Return True if a peer with this address is permitted to send."""
         try:
             address = ipaddress.ip_address(peer.partition("%")[0])
         except ValueError:
@@ -118,10 +118,10 @@ class Access:
         return plain.is_loopback or any(plain in network for network in self.networks)
 
     def admits_request(self, headers: Message, port: int) -> bool:
-        """Return True if a request is for this listener and not from another site's page.
+        """Return True if a request is for this listener, and not from a page of another site.
 
-        A page of another site sends its own ``Origin``. If that site's name resolves to this
-        machine, the page sends this name as ``Host``.
+        Such a page sends its own ``Origin``. If the site's name resolves to this machine, the page
+        sends this name as ``Host``.
         """
         stated = headers.get("Host", "")
         try:
@@ -143,14 +143,14 @@ class Access:
 
 
 class BoundedServer(ThreadingHTTPServer):
-    """A server of HTTP that keeps a bounded number of connections.
+    """HTTP server with a limited number of connections.
 
     Parameters
     ----------
     host, port
-        Address to listen at; port 0 is any free port.
+        Address of the listener; port 0 means any free port.
     handler : type
-        Answers requests.
+        Class that answers requests.
     access : Access
         Permitted peers.
 
@@ -175,11 +175,11 @@ class BoundedServer(ThreadingHTTPServer):
         self._thread = threading.Thread(target=lambda: self.serve_forever(_POLL_S), daemon=True)
 
     def begin(self) -> None:
-        """Start to serve, in a separate thread."""
+        """Start serving in a separate thread."""
         self._thread.start()
 
     def end(self) -> None:
-        """Stop serving, without waiting for connections."""
+        """Stop serving without waiting for connections."""
         self.shutdown()
         self.server_close()
         with self._lock:
@@ -188,7 +188,7 @@ class BoundedServer(ThreadingHTTPServer):
             _hang_up(request)
 
     def verify_request(self, request: Any, client_address: Any) -> bool:  # noqa: ANN401
-        """Return True if the peer may send."""
+        """Return True if the peer is permitted to send."""
         return self.access.admits_peer(client_address[0])
 
     def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
@@ -202,7 +202,7 @@ class BoundedServer(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def shutdown_request(self, request: Any) -> None:  # noqa: ANN401
-        """Forget a connection that ends."""
+        """Remove a closed connection."""
         with self._lock:
             self._open.pop(request, None)
         super().shutdown_request(request)
@@ -214,7 +214,7 @@ class BoundedServer(ThreadingHTTPServer):
                 self._open[request] = (True, monotonic())
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignore the error of a disconnected peer."""
+        """Ignore errors of disconnected peers."""
 
 
 def _hang_up(request: socket.socket) -> None:
@@ -225,13 +225,13 @@ def _hang_up(request: socket.socket) -> None:
 
 
 class BoundedHandler(BaseHTTPRequestHandler):
-    """Answers requests that `Access` admits."""
+    """Handler for requests that `Access` permits."""
 
     server: BoundedServer
     timeout = _IDLE_S
 
     def is_admitted(self) -> bool:
-        """Return True if the request may be answered; otherwise answer with an error."""
+        """Return True if the request is permitted; otherwise answer with an error."""
         self.server.hold(self.connection)
         if self.server.access.admits_request(self.headers, self.server.server_address[1]):
             return True
@@ -239,14 +239,14 @@ class BoundedHandler(BaseHTTPRequestHandler):
         return False
 
     def log_message(self, format: str, *args: object) -> None:
-        """Log nothing: stderr belongs to the stream."""
+        """Log nothing, because stderr belongs to the stream."""
 
 
 class DatagramPort:
-    """Datagrams of permitted peers, with a count of those that the system dropped.
+    """Datagrams of permitted peers, and the number of datagrams dropped by the system.
 
-    The system drops datagrams if its buffer is full. Linux counts them; other systems do not, so
-    the count stays zero there.
+    The system drops datagrams if its buffer is full. Only Linux counts them; on other systems the
+    number stays zero.
 
     Parameters
     ----------
@@ -259,19 +259,19 @@ class DatagramPort:
     def __init__(self, port: socket.socket, access: Access) -> None:
         self._port, self._access = port, access
         self.dropped_count = 0
-        """Datagrams that the system's buffer had no room for, up to the last one received."""
+        """Number of datagrams dropped because of a full buffer, at the last received one."""
         self.last_foreign = ""
-        """Address of the last peer that may not send; empty if there was none."""
+        """Address of the last peer without permission; empty if there was none."""
         if _COUNTS_DROPS:
             port.setsockopt(socket.SOL_SOCKET, _DROP_COUNT_OPTION, 1)
 
     def receive(self, size: int) -> tuple[bytes, Address]:
-        """Return the next datagram, marked as cut if it has more than ``size`` bytes, and its peer.
+        """Return the next datagram and its peer; more than ``size`` bytes are cut, with a mark.
 
         Raises
         ------
         OSError
-            If the socket fails, or its time is over.
+            If the socket fails, or the time limit is reached.
         """
         while True:
             raw, sender = self._receive_any(size)
@@ -289,7 +289,7 @@ class DatagramPort:
         return (raw[:_KEPT_BYTES] + CUT if flags & socket.MSG_TRUNC else raw), sender
 
     def sentences(self) -> Iterator[str]:
-        """Yield sentences on dropped datagrams and on those of other peers."""
+        """Yield sentences on dropped datagrams, and on datagrams of other peers."""
         if self.dropped_count:
             yield (
                 f"{self.dropped_count} datagrams were dropped by the system: its buffer was full"
@@ -299,7 +299,7 @@ class DatagramPort:
 
 
 class ByteQueue:
-    """Pieces of bytes between two threads, bounded by their size.
+    """Queue of pieces of bytes between two threads, with a limited size.
 
     Parameters
     ----------
@@ -313,10 +313,10 @@ class ByteQueue:
         self._ended = False
         self._changed = threading.Condition()
         self.dropped_count = 0
-        """Pieces that found no room."""
+        """Number of pieces dropped because the queue was full."""
 
     def put(self, piece: bytes) -> bool:
-        """Append a piece; return False if there is no room and the piece is dropped."""
+        """Append a piece; return False if the queue is full, and drop the piece."""
         with self._changed:
             if self._size + len(piece) > self._limit:
                 self.dropped_count += 1
@@ -327,13 +327,13 @@ class ByteQueue:
         return True
 
     def end(self) -> None:
-        """Let `get` return an empty piece after all waiting pieces."""
+        """Mark the end: `get` returns an empty piece after all waiting pieces."""
         with self._changed:
             self._ended = True
             self._changed.notify()
 
     def get(self) -> bytes:
-        """Return all waiting bytes, or wait for the next ones; empty at the end."""
+        """Return all waiting bytes, or wait for the next; empty at the end."""
         with self._changed:
             while not self._pieces and not self._ended:
                 self._changed.wait()

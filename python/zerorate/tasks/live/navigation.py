@@ -1,4 +1,4 @@
-"""Navigation as the engine of a stream: sensor samples and fixes in, positions out."""
+"""Navigation as the engine of a stream: answers are positions, velocities and orientations."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -42,9 +42,9 @@ _COLUMNS: Final = (
 _COLUMN_COUNTS: Final = (6, 9, 12)
 _SENSOR_UNITS: Final = ("rad/s", "m/s^2")
 _MAX_TIME_S: Final = 4e9
-"""Largest time that the filter resolves to a microsecond, s."""
+"""Largest time with a resolution of a microsecond, s."""
 _MAX_MISSING_SAMPLES: Final = 1 << 14
-"""Missing samples that are given one by one."""
+"""Largest number of missing samples processed one by one."""
 
 
 class NavigationColumn(StrEnum):
@@ -71,38 +71,38 @@ _EXTRA_COLUMNS: Final[Mapping[NavigationColumn, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class NavigationSettings:
-    """The navigation filter of a stream, and the contents of its lines: the same after a restart.
+    """Navigation filter of a stream, and contents of its lines; both stay after a restart.
 
     Parameters
     ----------
     filter : NavigationFilter
         A new filter without samples; its state is copied.
     rate : float
-        Samples per second, Hz; it gives the duration of a lost sample.
+        Samples per second, Hz; determines the duration of a lost sample.
     time : str or int
         Column of the time of each sample.
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
     extra : tuple of str
-        Extra columns of an answer, from `NavigationColumn`: the ``"status"``, the position's
-        ``"sigma"``, the ``"verdict"`` on a fix.
+        Extra columns of an answer, from `NavigationColumn`: ``"status"``, ``"sigma"`` of the
+        position, ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
-        Six columns: gyro x, y, z, rad/s, accelerometer x, y, z, m/s^2; nine with the latitude,
-        longitude, deg, and height, m, of a fix at this time; twelve with its velocity north, east,
-        down, m/s. Cells of a fix are empty if there is none. By default all columns but `time` and
-        `sequence`.
+        Six columns: gyro x, y, z, rad/s, and accelerometer x, y, z, m/s^2. Nine columns add
+        latitude and longitude, deg, and height, m, of a fix at this time. Twelve columns add its
+        velocity north, east, down, m/s. Without a fix, its cells are empty. Default: all columns
+        except `time` and `sequence`.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
-        Width of the counter that numbers the samples; None if it is to be learned.
+        Width of the sample counter; None to learn it.
     position_sigma, velocity_sigma : float
         Standard deviations of fixes, m and m/s.
 
     Raises
     ------
     ValueError
-        If the filter has seen samples, or an extra column is not known.
+        If the filter has processed samples, or an extra column is unknown.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class NavigationSettings:
     time_unit: str | None = None
 
     def __post_init__(self) -> None:
-        """Check all that does not depend on the lines."""
+        """Check everything that does not depend on the lines."""
         seen = self.filter.samples_seen
         if seen:
             raise ArgumentError(
@@ -163,7 +163,7 @@ class NavigationSettings:
         return self._make_engine(layout, stamp_clock, self.filter.copy(), 0)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts contradict each other."""
         nav, samples = (
             restore_filter(NavigationFilter.from_bytes, filter_),
             check_count(saved["samples"]),
@@ -212,7 +212,7 @@ class NavigationSettings:
 
 
 def _check_units(names: Sequence[str]) -> None:
-    """Raise ColumnError if names say that sensors are in other units than the filter's."""
+    """Raise ColumnError if the names state other units than the filter's."""
     for i, name in enumerate(names):
         meaning, expected = meaning_of(name), _SENSOR_UNITS[i // 3]
         unit = None if meaning is None else meaning.unit
@@ -234,7 +234,7 @@ _SETTING_FIELDS: Final = (
 
 
 class NavigationEngine(TimedEngine):
-    """Answers each sample with position, velocity and orientation, and extra columns.
+    """Engine that answers each sample with position, velocity, orientation and extra columns.
 
     Parameters
     ----------
@@ -244,10 +244,10 @@ class NavigationEngine(TimedEngine):
         Requested settings.
     nav : NavigationFilter
         The filter.
-    clocked : Clocked
+    stamp_clock : StampClock
         The clock.
     samples : int
-        Number of samples to date, including lost ones.
+        Number of samples to date, including lost samples.
     """
 
     def __init__(
@@ -262,7 +262,7 @@ class NavigationEngine(TimedEngine):
         self._settings, self._nav = settings, nav
         self._status_and_verdict = ("", "")
         if len(layout.channels) > _COLUMN_COUNTS[0]:
-            self._held_rows = None  # a fix is in one row of those that repeat
+            self._held_rows = None  # only one of several repeated rows has the fix
         self._extra_columns = [NavigationColumn(name) for name in settings.extra]
 
     @property
@@ -274,7 +274,7 @@ class NavigationEngine(TimedEngine):
         ]
 
     def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
-        """Return the numbers of a line and its stamp; LineError if it holds none."""
+        """Return the numbers of a line and its stamp; LineError for a garbled line."""
         row, stamp = self.layout.row(cells), self.stamp(cells)
         if stamp is None or abs(self._start + stamp) > _MAX_TIME_S:
             raise LineError("its time is missing or invalid")
@@ -285,7 +285,7 @@ class NavigationEngine(TimedEngine):
         return self.stamp_clock.cells.start if self.stamp_clock is not None else 0.0
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give the filter the samples missing before this one, then this one and its fix."""
+        """Process the samples missing before this one, then this one and its fix."""
         time, nav, settings = self._start + step.time, self._nav, self._settings
         if step.missing:
             self._miss(step, time)
@@ -304,7 +304,7 @@ class NavigationEngine(TimedEngine):
         self._status_and_verdict = status, verdict
 
     def _miss(self, step: Step, time: float) -> None:
-        """Give missing samples to the filter; for a long gap the time is enough."""
+        """Process missing samples; for a long gap, only the time."""
         dt = 1.0 / self._settings.rate if step.dt is None else step.dt
         nothing = np.full(3, np.nan)
         for i in range(min(step.missing, _MAX_MISSING_SAMPLES), 0, -1):
@@ -312,7 +312,7 @@ class NavigationEngine(TimedEngine):
             self._nav.update(time - i * dt, nothing, nothing)
 
     def texts(self) -> list[str]:
-        """Return position, velocity and orientation, and the extra columns that were requested."""
+        """Return position, velocity and orientation, and the requested extra columns."""
         nav, (status, verdict) = self._nav, self._status_and_verdict
         texts = [
             text

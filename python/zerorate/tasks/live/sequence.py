@@ -1,4 +1,4 @@
-"""The sequence numbers of a stream: lost and late samples, and the wrap."""
+"""Sequence numbers of a stream: lost and late samples, and the wrap of the counter."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,38 +9,38 @@ MAX_BITS: Final = 64
 
 _MAX_LATE_S: Final = 1.0
 _MAX_GAP_S: Final = 3600.0
-# Longer than packets that overtake each other come in a row, shorter than what a filter would miss.
+# Longer than a run of reordered packets, shorter than a loss that matters to a filter.
 _MAX_LATE_RUN: Final = 32
 _MIN_LEARNED_BITS: Final = 8
 
 
 @dataclass
 class SequenceCount:
-    """Counts the samples that a source lost, by the numbers of those that came.
+    """Counts of the samples that a source lost, from the sequence numbers.
 
-    A sample is late if its number repeats or is up to a second behind. The source has restarted if
-    a number is further back, is more than an hour ahead, or is the last of 32 in a row that come
-    late.
+    A sample is late if its number repeats, or is up to a second behind. The source has restarted if
+    a number is further behind or more than an hour ahead. It has also restarted at the 32nd late
+    number in a row.
 
-    Where the numbers wrap is given by `bits`, or learned: if the step from the highest to the
-    lowest is that of a counter of 8 bits or more, or if the numbers turn back twice at the same
-    place. Once the period is known, numbers are read modulo it; they may be late by up to a quarter
-    of it.
+    The wrap follows from `bits`, or is learned. It is learned from a step from the highest to the
+    lowest number of a counter with at least 8 bits. Otherwise, it is learned if the numbers jump
+    back twice at the same value. Then numbers are read modulo the period, and may be late by a
+    quarter of it at most.
 
     Parameters
     ----------
     rate : float
         Samples per second, Hz.
     bits : int, optional
-        Width of the counter; None if it is to be learned.
+        Width of the counter; None to learn it.
     last : int or None
-        The number of the newest sample.
+        Number of the newest sample.
     lost_count, late_count, restart_count : int
         Counts of missing samples, of late samples and of restarts.
     turn : (int, int) or None
-        Lowest and highest number at the place where the numbers last turned back.
+        Lowest and highest number at the last jump back.
     wraps : bool
-        True if the numbers are known to wrap there.
+        True if the numbers are known to wrap at `turn`.
     run, lowest : int
         Number of late samples since the newest sample, and their lowest number.
     """
@@ -57,13 +57,13 @@ class SequenceCount:
     lowest: int = 0
 
     def __post_init__(self) -> None:
-        """Set out from the range of unsigned numbers if the width is known."""
+        """Set the range of numbers if the width is known."""
         if self.bits is not None and self.turn is None:
             self._set_wrap(*_counter_range(self.bits, signed=False))
 
     @property
     def is_possible(self) -> bool:
-        """True if numbers could have led to this state."""
+        """True if a sequence of numbers can lead to this state."""
         if self.bits is not None:
             ranges = [_counter_range(self.bits, signed) for signed in (False, True)]
             return self.wraps and self.turn in ranges
@@ -71,7 +71,7 @@ class SequenceCount:
 
     @property
     def next(self) -> int:
-        """The next expected number."""
+        """Next expected number."""
         if self.last is None:
             return 0
         if self.wraps and self.turn is not None and self.last == self.turn[1]:
@@ -79,7 +79,7 @@ class SequenceCount:
         return self.last + 1
 
     def step(self, number: int) -> int | None:
-        """Return the number of samples missing before this one, None if this one is too late.
+        """Return the number of samples missing before this one; None if this one is too late.
 
         Raises
         ------
@@ -99,7 +99,7 @@ class SequenceCount:
         return ahead - 1
 
     def _steps_ahead(self, last: int, number: int) -> int:
-        """Return the steps by which a number is ahead, where the wrap is a step as any other."""
+        """Return the lead of a number in steps, modulo the counter's period if it is known."""
         ahead = number - last
         if not self.wraps and ahead < 0:
             self._learn_wrap(last, number)
@@ -125,7 +125,7 @@ class SequenceCount:
             self.turn = (lowest, highest) if lowest < highest else None
 
     def _learn_wrap(self, last: int, number: int) -> None:
-        """Take a step back for a wrap if it is one of a counter of so many bits, or comes again."""
+        """Learn the wrap from a backward step of a full counter, or from a repeated one."""
         power = max((last - number).bit_length(), _MIN_LEARNED_BITS)
         lowest, highest = _counter_range(power, signed=number < 0)
         if (number, last) == (lowest, highest):
@@ -143,7 +143,7 @@ class SequenceCount:
         self.turn, self.wraps = (lowest, highest), True
 
     def _check_range(self, number: int) -> None:
-        """Forget a wrap that a number disproves; refuse the number if the width was given."""
+        """Discard a wrap that a number contradicts; with a stated width, raise an error."""
         if not self.wraps or self.turn is None or self.turn[0] <= number <= self.turn[1]:
             return
         if self.bits is None:

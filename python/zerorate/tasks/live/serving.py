@@ -1,4 +1,4 @@
-"""Serving of a stream: the source of its lines, the loop, and its checkpoints on disk."""
+"""Serving of a stream: sources of lines, the loop, and checkpoints on disk."""
 
 import os
 import re
@@ -24,14 +24,14 @@ from zerorate.tasks.live.view import Watcher
 _MAX_WARNINGS: Final = 10
 _MAX_LINE_BYTES: Final = 1 << 16
 _COMPARED_LINES: Final = 8
-"""Lines before the last one, by which it shows that it is cut."""
+"""Number of lines before the last one that show if it is cut."""
 
 Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
-"""A line, or bytes that should have been a packet; and what sends its answer."""
+"""A line, or damaged bytes of a packet; and a function that sends the answer."""
 
 
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
-    """Yield each line as soon as it is complete, and a function that writes its answer."""
+    """Yield each line when it is complete, with a function that writes its answer."""
     reply = _make_reply(answers)
     before: deque[int] = deque(maxlen=_COMPARED_LINES)
     while raw := interrupts.wait(lambda: _read_line(source)):
@@ -49,17 +49,17 @@ def _decimals(line: bytes) -> int:
 
 
 def _is_cut(decimals: int, before: Sequence[int]) -> bool:
-    """Return True for a last line with fewer decimals than all lines before it, as logs have it."""
+    """Return True for a last line with fewer decimals than all lines before it."""
     return len(before) == _COMPARED_LINES and len({*before}) == 1 and decimals < before[0]
 
 
 def packets_of(
     source: BinaryIO, protocol: PacketProtocol, answers: BinaryIO, interrupts: Interrupts
 ) -> Iterator[Line]:
-    """Yield the column names of a protocol, then each of its samples as a line."""
+    """Yield the column names of a protocol, then each sample as a line."""
     reply, decoder = _make_reply(answers), protocol.decoder()
     yield ",".join(protocol.columns), reply
-    # Not read, which would wait for a piece as long as that.
+    # `read` would wait for a full buffer.
     while raw := interrupts.wait(lambda: source.read1(_MAX_LINE_BYTES)):  # type: ignore[attr-defined]
         for row in decoder.feed(raw):
             yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
@@ -78,12 +78,12 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
 def datagrams(
     port: socket.socket, received: DatagramPort, interrupts: Interrupts
 ) -> Iterator[Line]:
-    """Yield each datagram of a permitted sender as a line, and a function that answers it."""
+    """Yield each datagram of a permitted sender as a line, with a function that answers it."""
     while True:
         raw, sender = interrupts.wait(lambda: received.receive(_MAX_LINE_BYTES))
 
         def reply(answer: str, sender: Address = sender) -> None:
-            # A sender that is gone is no fault of the stream: datagrams may be lost.
+            # Datagrams may be lost, so a missing sender is no error.
             with suppress(OSError):
                 port.sendto(answer.encode(), sender)
 
@@ -104,22 +104,22 @@ def _decode_line(raw: bytes) -> str:
 
 
 class Saver:
-    """Saves a stream periodically, and once more at its end.
+    """Saver that writes a stream's state periodically, and at its end.
 
-    Another thread writes the file, so no answer waits for the disk.
+    Another thread writes the file, so answers never wait for the disk.
 
     Parameters
     ----------
     path : Path
-        The file, replaced as a whole.
+        Path of the file, which is replaced as a whole.
     every : int
-        Samples between two checkpoints; one that is still being written delays the next.
+        Samples between two checkpoints; a running write delays the next one.
     warn : callable
-        Takes a sentence if a checkpoint cannot be written; the stream goes on.
+        Function of a sentence, called if a checkpoint cannot be written; the stream continues.
     """
 
     def __init__(self, path: Path, every: int, warn: Callable[[str], None]) -> None:
-        # The last run may have been killed while it wrote.
+        # The last run may have been killed during a write.
         remove_leftovers([path])
         self._path = path
         self._every = every
@@ -127,7 +127,7 @@ class Saver:
         self._next: int | None = None
         self._failing = False
         self._thread = ThreadPoolExecutor(1)
-        # Kept for the checkpoint, whatever else has taken all others.
+        # Reserved for the checkpoint, in case all other descriptors are in use.
         self._descriptor = os.open(os.devnull, os.O_RDONLY)
         self._job: Future[None] | None = None
 
@@ -167,21 +167,22 @@ class Saver:
 
 @dataclass
 class Server:
-    """Answers lines until there are no more.
+    """Server that answers all lines of a source.
 
     Parameters
     ----------
     stream : LineStream
-        The filter and its settings.
+        Stream with the filter and its settings.
     saver : Saver, optional
-        Saves the stream after an answer has been given, never before.
+        Saver of the stream; it saves only after an answer was given.
     warn : callable
-        Takes a sentence: on the filtered columns, on samples that look like raw counts, on each of
-        the first ten garbled lines, and on each of the first ten restarts of the sequence numbers.
+        Function of a sentence. It is called for the filtered columns and for samples that look like
+        raw counts. It is also called for the first ten garbled lines, and the first ten restarts of
+        the sequence numbers.
     allow_garbled_start : bool
-        Allow garbled lines before the first whole one.
+        Allow garbled lines before the first complete line.
     watcher : Watcher, optional
-        Takes a view of the stream after an answer has been given.
+        Receiver of a view of the stream after an answer was given.
     """
 
     stream: LineStream
@@ -192,7 +193,7 @@ class Server:
     garbled_count: int = field(default=0, init=False)
     restart_count: int = field(default=0, init=False)
     answer_pending: bool = field(default=False, init=False)
-    """True if a sample was taken, but not answered: such a state must not be saved."""
+    """True if a sample has been processed but not answered; this state must not be saved."""
 
     def serve(self, source: Iterable[Line]) -> None:
         """Answer every line of a source."""
@@ -219,7 +220,7 @@ class Server:
             self.watcher.finish(self.stream)
 
     def sentences(self, numbered: bool) -> Iterator[str]:
-        """Yield notes on lost (if numbered), garbled and left-out samples."""
+        """Yield sentences on lost (if numbered), garbled and left-out samples."""
         yield from self.stream.sentences()
         count = self.stream.sequence
         if self.stream.open and numbered:

@@ -1,4 +1,4 @@
-"""Settings of a stream: its filter, and the contents of its lines."""
+"""Settings of a stream: filter and contents of the lines."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -56,7 +56,7 @@ _AXES: Final = 3
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """The filter of a stream, and the contents of its lines: the same after a restart.
+    """Filter of a stream, and contents of its lines; both stay the same after a restart.
 
     Parameters
     ----------
@@ -66,29 +66,29 @@ class Settings:
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
-        Channels by name or position. By default the columns that a header line names like gyros;
-        without a header line all but the sequence number.
+        Channels by name or position. Default: columns with names of gyros in a header line; without
+        a header line, all columns except the sequence number.
     unit : str, optional
-        Unit of the channels, if a header line does not state it. If it is known, `rest_limit`
-        defaults to 10 deg/s and `bias_limit` to 20 deg/s; None is no limit.
+        Unit of the channels, if the header line does not state it. If it is known, `rest_limit`
+        defaults to 10 deg/s and `bias_limit` to 20 deg/s; None means no limit.
     data_scale : float, optional
-        Factor of the samples, such as raw counts; the unit is that of the product.
+        Factor of the samples, for example of raw counts; the unit applies to the product.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
-        Width of the counter that numbers the samples; None if it is to be learned.
+        Width of the sample counter; None to learn it.
     accel_columns : tuple of str or int, optional
         Columns of an accelerometer, x, y, z. It detects motion for the filter, as in a replay, and
-        its cells pass through. By default the accelerometer that a header line names like the gyro;
+        its cells pass through. Default: the accelerometer of the gyro's device in the header line;
         empty for none.
     time : str or int, optional
-        Column of the time of each sample; a gap in it counts as missing samples.
+        Column of the time of each sample; a gap counts as missing samples.
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
     calibration : Calibration or str, optional
-        Calibration that corrects the gyro, or its JSON. It uses the accelerometer's force if the
-        lines hold it.
+        Calibration that corrects the gyro, or its JSON. If the lines have an accelerometer, its
+        force is used.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -96,7 +96,8 @@ class Settings:
     Raises
     ------
     ValueError
-        If the filter does not accept a value, the method does not use an option, or the width is
+        If a value is not valid for the filter, the method does not use an option, or the width is
+        not valid.
         not valid.
 
     Examples
@@ -143,8 +144,8 @@ class Settings:
         if accel_columns and len(accel_columns) != _AXES:
             raise ArgumentError("accel_columns", f"takes three columns, got {len(accel_columns)}")
         filter_options = check_options(options)
-        # Written out, so that it is the same setting whether given or not, but for the limits: what
-        # they are by default depends on the unit, which a header line may state.
+        # Defaults are written out, so a setting is the same if given or not. Limits are not,
+        # because their defaults depend on the unit, which a header line may state.
         params: Mapping[str, Any] = DriftFilter(rate, **filter_options).params
         settled = params.keys() - (REST_LIMITS.keys() - filter_options.keys())
         stored_options = {name: params[name] for name in FILTER_OPTIONS if name in settled}
@@ -175,7 +176,7 @@ class Settings:
         return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
     def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
-        """Return a new filter for samples in a unit; for one channel it takes floats."""
+        """Return a new filter for samples in a unit; with one channel it takes floats."""
         options = add_rest_limits(self.options, [self.options["method"]], unit)
         return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
@@ -192,7 +193,7 @@ class Settings:
         return self._make_engine(layout, backlog, 0, accel, stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts contradict each other."""
         drift_filter = restore_filter(DriftFilter.from_bytes, filter_)
         samples, pending_count, fresh_filter = (
             check_count(saved["samples"]),
@@ -220,7 +221,7 @@ class Settings:
         return self.filter(len(layout.channels), layout.unit)
 
     def _find_accel_columns(self, layout: Layout) -> tuple[int, ...]:
-        """Return the columns of the accelerometer; ColumnError if one is not there."""
+        """Return the columns of the accelerometer; ColumnError if one is missing."""
         if self.accel_columns is None:
             return find_accelerometer(layout.names or (), layout.channels)
         requested = self.accel_columns
@@ -249,7 +250,7 @@ class Settings:
         )
 
     def _make_corrector(self, layout: Layout, accel: tuple[int, ...]) -> Corrector | None:
-        """Return the corrector of samples; ColumnError if the calibration is of other sensors."""
+        """Return the corrector of samples; ColumnError for other sensors than the calibration's."""
         if self.calibration is None:
             return None
         if len(layout.channels) != _AXES:
@@ -289,7 +290,7 @@ class Settings:
 
 
 def _unit_of_accel(layout: Layout, accel: tuple[int, ...]) -> str | None:
-    """Return the unit of the accelerometer by its columns' names, None if it is not known."""
+    """Return the unit of the accelerometer from its columns' names; None if unknown."""
     if not accel or layout.names is None:
         return None
     unit = common_unit([layout.names[i] for i in accel], None, None)
@@ -297,7 +298,7 @@ def _unit_of_accel(layout: Layout, accel: tuple[int, ...]) -> str | None:
 
 
 def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
-    """Return the motion detector of a checkpoint; None if it is of another rate."""
+    """Return the motion detector of a checkpoint; None if it has another rate."""
     detector = restore_filter(
         MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True)
     )

@@ -1,4 +1,4 @@
-"""Sources of a live device's bytes: a serial line, sockets, pushes, Bluetooth."""
+"""Sources of a live device's bytes: serial lines, sockets, pushes, Bluetooth."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ from zerorate.texts import describe_missing_extra
 
 _READ_BYTES: Final = 1 << 16
 _MAX_PUSH_BYTES: Final = 1 << 22
-"""Bytes that one push or one message may have: some seconds of all sensors."""
+"""Largest size of a push or message, bytes: several seconds of all sensors."""
 _MAX_LENGTH_DIGITS: Final = 12
 _TIMEOUT_S: Final = 30.0
-"""Longest wait for a connection or a device."""
+"""Longest wait for a connection or a device, s."""
 _POLL_S: Final = 0.05
 _CLOSING_S: Final = 0.3
-"""Longest wait for the other side when the stream ends."""
+"""Longest wait for the other side at the end of the stream, s."""
 _DEFAULT_BAUD: Final = 115200
 _MAX_BAUD_DIGITS: Final = 9
 
 _Read: TypeAlias = Callable[[], bytes]
-"""Returns the next bytes, none at the end."""
+"""Function that returns the next bytes, empty at the end."""
 
 
 class AddressError(ValueError):
-    """The text is no address of a source."""
+    """Error for a text that is no address of a source."""
 
 
 @dataclass
 class Ending:
-    """The end of a source, and its losses before the end.
+    """End of a source, with its losses.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Ending:
     torn : bool
         True if a record, or the connection, was cut.
     notices : list of callable
-        Each returns a sentence on losses, or an empty text.
+        Functions that return a sentence on losses, or an empty text.
     """
 
     reason: str = ""
@@ -64,7 +64,7 @@ class Ending:
     notices: list[Callable[[], str]] = field(default_factory=list)
 
     def sentences(self) -> Iterator[str]:
-        """Yield sentences on losses and on the end of the source."""
+        """Yield sentences on losses, and on the end of the source."""
         yield from filter(None, (notice() for notice in self.notices))
         if self.reason:
             yield self.reason
@@ -81,11 +81,11 @@ class SourceRequest:
 
     @property
     def has_lines(self) -> bool:
-        """True if a line's end ends a record."""
+        """True if records end with a line."""
         return self.protocol is None or self.protocol.lines
 
     def whole(self, message: bytes) -> bytes:
-        """Return a message, with a line end added if lines are read."""
+        """Return a message, with a line end added if records are lines."""
         is_complete = message.endswith(b"\n") or not self.has_lines
         return message if is_complete else message + b"\n"
 
@@ -100,7 +100,7 @@ class SourceKind:
 
 
 class _ByteReader(io.RawIOBase):
-    """Pieces of any size as a file, from which lines and bytes are read in the same way."""
+    """File of pieces of any size, for the same reading of lines and bytes."""
 
     def __init__(self, read: _Read, request: SourceRequest) -> None:
         self._read, self._request = read, request
@@ -118,7 +118,7 @@ class _ByteReader(io.RawIOBase):
         return count
 
     def _end(self) -> bytes:
-        """Return the mark of a line that the end cuts."""
+        """Return the mark for a line that the end cuts."""
         self._ended = True
         if not self._request.has_lines or self._last == b"\n":
             return b""
@@ -135,14 +135,14 @@ def live_source(
     access: Access = Access(),  # noqa: B008  # immutable
     ending: Ending | None = None,
 ) -> Iterator[BinaryIO]:
-    """Open ``KIND:ADDRESS``, one of `SOURCES`, and return its bytes as a file.
+    """Open ``KIND:ADDRESS``, with a kind in `SOURCES`, and return its bytes as a file.
 
-    ``ending`` receives the end of the source, and ``access`` limits the senders to a listener.
+    ``ending`` is filled at the end of the source; ``access`` limits the senders of a listener.
 
     Raises
     ------
     AddressError
-        If the text is not the address of a source.
+        If the text is no address of a source.
     ImportError
         If the package for this kind is not installed.
     OSError
@@ -170,7 +170,7 @@ def _parse_address(target: str, kind: str) -> tuple[str, int]:
 
 
 def _until_fault(read: _Read, ending: Ending, closed: str) -> _Read:
-    """Return a function that reads until the other side closes, or a fault ends it."""
+    """Return a function that reads until the other side closes the connection or fails."""
 
     def read_on() -> bytes:
         try:
@@ -223,7 +223,7 @@ def _open_udp(request: SourceRequest) -> Iterator[_Read]:
     def work() -> None:
         while not stopped.is_set():
             try:
-                # A datagram without a byte is not the end.
+                # An empty datagram is not the end.
                 pieces.put(request.whole(datagrams.receive(_READ_BYTES)[0]) or b"\n")
             except TimeoutError:
                 continue
@@ -299,7 +299,7 @@ def _open_websocket(request: SourceRequest) -> Iterator[_Read]:
             port = opened.enter_context(connection)
         except (WebSocketException, UnicodeError, ValueError) as error:
             raise OSError(f"{address} is no WebSocket: {error}") from None
-        # A server that is faster than the filter would not see that this side ends.
+        # If the server is faster than the filter, it would not notice the end of this side.
         opened.callback(_hang_up, port.socket)
         yield read
 
@@ -363,7 +363,7 @@ def _open_http(request: SourceRequest) -> Iterator[_Read]:
 
 
 def _read_body(file: io.BufferedIOBase, length: int) -> bytes:
-    """Return the bytes of a body, fewer where the connection ends or waits too long."""
+    """Return the bytes of a body; fewer if the connection ends or waits too long."""
     body = bytearray()
     while len(body) < length:
         try:
@@ -420,7 +420,7 @@ def _open_bluetooth(request: SourceRequest) -> Iterator[_Read]:
 async def _read_notifications(
     device: str, characteristic: str, pieces: ByteQueue, stopped: threading.Event
 ) -> None:
-    """Put what a device notifies, until it leaves or the stream ends."""
+    """Queue the notifications of a device until it disconnects or the stream ends."""
     from bleak import BleakClient
 
     disconnected = asyncio.Event()
@@ -453,4 +453,4 @@ SOURCES: Final = {
         "ble:ADDRESS/CHARACTERISTIC", "notifications of a Bluetooth device", _open_bluetooth
     ),
 }
-"""The kinds of live sources, by what their addresses begin with."""
+"""Kinds of live sources by the beginning of their addresses."""

@@ -1,4 +1,4 @@
-"""Samples on their clock: decisions made before later stamps, and their corrections."""
+"""Clock of a stream's samples: decisions before later stamps arrive, and their corrections."""
 
 import base64
 import math
@@ -17,7 +17,7 @@ from zerorate.tasks.live.lines import Layout, LineError, position_of
 
 
 class StampClock(NamedTuple):
-    """The column of the stamps, their reader, and their clock."""
+    """Column of the stamps, with the reader and the clock."""
 
     column: int
     cells: StampCells
@@ -33,7 +33,7 @@ class StampClock(NamedTuple):
         fields: int,
         times: bool = False,
     ) -> Self | None:
-        """Return the clock of a column by name or position, None for none."""
+        """Return the clock for a column by name or position; None without a column."""
         if time is None:
             return None
         column = position_of(time, names, fields)
@@ -67,23 +67,23 @@ _NEXT_STEP: Final = Step(0, None, math.nan)
 
 
 class TimedEngine(Engine):
-    """An engine that can process its last samples again when later ones change a decision.
+    """Engine that can process its last samples again if later samples change a decision.
 
-    While the clock or the check of rates is undecided, the engine keeps these samples and the
-    filter's state before them. If a decision is reversed, the filter processes the corrected
-    samples again from that state, as if the decision had been right from the start. The same holds
-    for rows that may repeat the row before: of a sensor slower than the rows, or sent again.
+    While a decision on the clock or on a rate is open, the engine keeps these samples and the
+    filter's earlier state. If the decision changes, the filter processes the corrected samples from
+    that state. The result is then the same as with the right decision. Repeated rows, from a slower
+    sensor or sent twice, are treated in the same way.
 
     Parameters
     ----------
     layout : Layout
         Layout of every line.
     samples : int
-        Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
-        The clock; without it samples are one period of the rate apart.
-    check : ImpossibleRates, optional
-        Finds rates that no gyro measures.
+        Number of samples to date, including lost and garbled samples.
+    stamp_clock : StampClock, optional
+        Clock; without it, samples are one period apart.
+    check : ImpossibleRateDetector, optional
+        Test for rates that no gyro can measure.
     """
 
     def __init__(
@@ -106,11 +106,11 @@ class TimedEngine(Engine):
 
     @abstractmethod
     def feed(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
-        """Give the filter the samples missing before this one, then this one."""
+        """Process the samples missing before this one, then this one."""
 
     @abstractmethod
     def texts(self) -> list[str]:
-        """Return the texts after the last sample."""
+        """Return the texts of the answer after the last sample."""
 
     @abstractmethod
     def snapshot(self) -> list[int | bytes]:
@@ -121,7 +121,7 @@ class TimedEngine(Engine):
         """Restore an earlier state of the filter."""
 
     def stamp(self, cells: Sequence[str]) -> float | None:
-        """Return the stamp of a line, s since the first stamp; None if the line has none."""
+        """Return the stamp of a line, s since the first stamp; None without a stamp."""
         if self._seconds is None:
             return None
         try:
@@ -130,7 +130,7 @@ class TimedEngine(Engine):
             raise LineError(str(error)) from None
 
     def miss(self, count: int) -> None:
-        """Take so many samples as missing; where no numbers count them, the stamps do."""
+        """Count missing samples, unless the stamps show them."""
         if self.stamp_clock is None or self.layout.sequence is not None:
             self._lost += count
 
@@ -146,11 +146,11 @@ class TimedEngine(Engine):
         return self.texts()
 
     def numbers(self, row: Any) -> list[float]:  # noqa: ANN401
-        """Return the numbers that are equal if a row repeats the row before."""
+        """Return the numbers of a row that are compared with the row before."""
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Take a row that may be no sample; once that is known, take the samples again."""
+        """Process a row that may be no sample; once this is known, process the samples again."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
             self._origin = [self.snapshot(), check]
@@ -165,13 +165,13 @@ class TimedEngine(Engine):
             self._origin = []
 
     def _take_all(self, samples: Sequence[Any]) -> None:
-        """Take the samples among rows that repeat: of the rows between, none counts as lost."""
+        """Process the samples among repeated rows; omitted rows do not count as lost."""
         self._lost = 0
         for row, stamp in samples:
             self._take(row, stamp)
 
     def _restart(self) -> None:
-        """Go back to the first row, with a new clock."""
+        """Return to the state before the first row, with a new clock."""
         filter_, check = self._origin
         self.restore(filter_)
         self._undecided_rows, self._last_snapshot = [], None
@@ -182,7 +182,7 @@ class TimedEngine(Engine):
         self._clock = self.stamp_clock.clock
 
     def _take(self, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Give a sample to the filter at its time, or with doubt."""
+        """Process a sample at its time, or keep it while a decision is open."""
         lost, self._lost = self._lost, 0
         clock, check = self._clock, self._check
         if clock is not None:
@@ -214,7 +214,7 @@ class TimedEngine(Engine):
         return check_undecided or (self._clock is not None and self._clock.undecided > 0)
 
     def _revise_undecided(self) -> bool:
-        """Correct the kept state by the last sample; return True if that was wrong."""
+        """Correct the kept state by the last sample; return True if it was wrong."""
         steps = None if self.stamp_clock is None else self.stamp_clock.clock.revised
         if steps is not None:
             for undecided, step in zip(self._undecided_rows[-len(steps) :], steps, strict=True):
@@ -225,7 +225,7 @@ class TimedEngine(Engine):
         return motion or steps is not None
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes of the whole stream."""
+        """Yield sentences on the whole stream."""
         if self.stamp_clock is not None:
             yield from self.stamp_clock.sentences()
         if self._held_rows is not None:
@@ -255,7 +255,7 @@ class TimedEngine(Engine):
         }
 
     def _origin_state(self) -> list[Any]:
-        """Return the state before the first row, as JSON keeps it."""
+        """Return the state before the first row for JSON."""
         if not self._origin:
             return []
         filter_, check = self._origin
@@ -282,7 +282,7 @@ class TimedEngine(Engine):
 
 
 def restore_stamp_clock(rate: float, saved: Mapping[str, Any]) -> StampClock | None:
-    """Return the clock from a checkpoint, None if it has none."""
+    """Return the clock from a checkpoint; None if it has none."""
     state = saved.get("clock")
     return None if state is None else StampClock.of_state(rate, state)
 

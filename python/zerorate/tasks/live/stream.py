@@ -1,4 +1,4 @@
-"""A filter that answers each line with a line; it can be saved after any line."""
+"""Stream that answers each line with a line; it can be saved after any line."""
 
 import json
 from collections.abc import Iterator
@@ -39,22 +39,23 @@ _KINDS: Final[dict[str, type[EngineSettings]]] = {
 
 
 class LineStream:
-    """Answers each line with the engine's result for its sample; can be saved after any line.
+    """Stream that answers each line with the engine's result; it can be saved after any line.
 
-    A line holds one or several numbers, separated by commas or blanks; an empty cell or ``nan`` is
-    a missing sample. The first line may name the columns: columns named like sensors are then
-    filtered, and all others, such as the time, pass through unchanged. Without names all columns
-    are filtered. The source may repeat the names after a restart; the answer to them is the names
-    of the answer's columns. Lines that begin with ``#`` are not answered.
+    A line has one or several numbers, separated by commas or blanks. An empty cell or ``nan`` is a
+    missing sample. The first line may name the columns. Then columns with names of sensors are
+    filtered, and all others, such as the time, pass through. Without names, all columns are
+    filtered. A source may repeat the names after a restart; the answer is the names of the answer's
+    columns. Lines that begin with ``#`` are not answered.
 
     Parameters
     ----------
     settings : Settings, AttitudeSettings, ArraySettings or NavigationSettings
-        The engine, and the contents of the lines. With `Settings` an answer has rates in place of
-        the gyro's samples. With the others an answer has all other cells, then the orientation of a
-        body, the rate of an array of gyros, or position, velocity and orientation of a vehicle.
+        Engine and contents of the lines. With `Settings`, an answer has rates in place of the
+        gyro's samples. With other settings, an answer has all other cells, followed by one of
+        these: the orientation of a body, the rate of an array of gyros, or position, velocity and
+        orientation of a vehicle.
     fields : int, optional
-        Number of numbers in a line. None takes it from the first line, which must then be complete.
+        Number of cells in a line. Default: from the first line, which must be complete.
 
     Examples
     --------
@@ -90,22 +91,22 @@ class LineStream:
 
     @property
     def position(self) -> int:
-        """The next sample: its sequence number, or else the number of lines before it."""
+        """Next sample: its sequence number, or else the number of lines before it."""
         return self._lines if self.settings.sequence is None else self.sequence.next
 
     @property
     def open(self) -> bool:
-        """True if the columns are known."""
+        """True once the columns are known."""
         return self._engine is not None
 
     @property
     def no_answer(self) -> str:
-        """The answer to a garbled line: as many ``nan`` as an answer has columns."""
+        """Answer to a garbled line: one ``nan`` per column of an answer."""
         return self._require_engine.no_answer
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the columns, None if none is needed."""
+        """Sentence on the columns; None if not necessary."""
         return self._require_engine.opening
 
     def take(self, line: str) -> str | None:
@@ -114,10 +115,10 @@ class LineStream:
         Raises
         ------
         LineError
-            The line is garbled. If the lines are not numbered, it counts as a missing sample; in
-            either case `no_answer` is its answer. Before the first good line there is no answer.
+            If the line is garbled. Without sequence numbers, it counts as a missing sample. Its
+            answer is `no_answer`; before the first good line there is no answer.
         ColumnError
-            The columns differ from earlier or requested columns: the stream cannot continue.
+            If the columns differ from earlier or requested columns: the stream cannot continue.
         """
         if line.lstrip(" \t").startswith("#"):
             return None
@@ -131,9 +132,9 @@ class LineStream:
         return self._answer_sample(self._engine, cells)
 
     def _cells(self, line: str) -> list[str] | None:
-        """Return the cells of a line, None where it ends no sample.
+        """Return the cells of a line; None if it completes no sample.
 
-        Lines of names and numbers are read as those of a log; the first sample defines the names.
+        Lines of names and numbers are read as in a log; the first sample defines the names.
         """
         line = SERIAL_STAMP.sub("", line)  # samples are 1/rate apart
         text = line.strip(" \t\r\n")
@@ -159,7 +160,7 @@ class LineStream:
     def take_damaged(self) -> str:
         """Return the answer to a damaged sample; the columns must be known.
 
-        The sample counts as missing, unless sequence numbers show otherwise.
+        It counts as a missing sample, unless sequence numbers show otherwise.
         """
         engine = self._require_engine
         if engine.layout.sequence is None:
@@ -168,15 +169,15 @@ class LineStream:
         return engine.no_answer
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples, once; None if none is needed."""
+        """Return a sentence on the first samples, only once; None if not necessary."""
         return None if self._engine is None else self._engine.notice()
 
     def view(self) -> View | None:
-        """Return the view after the last sample, None before the first."""
+        """Return the view after the last sample; None before the first."""
         return None if self._engine is None else self._engine.view()
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes of the whole stream."""
+        """Yield sentences on the whole stream."""
         if self._engine is not None:
             yield from self._engine.sentences()
 
@@ -200,14 +201,14 @@ class LineStream:
     def from_bytes(
         cls, raw: bytes, settings: EngineSettings | None = None, fields: int | None = None
     ) -> Self:
-        """Return the stream that `to_bytes` saved; None keeps its settings and fields.
+        """Return the stream saved by `to_bytes`; with None its settings and fields are kept.
 
         Raises
         ------
         CheckpointError
-            The bytes are not complete, or were not saved by a stream.
+            If the bytes are not complete, or are no saved stream.
         SettingsError
-            They were saved with other settings.
+            If the stream was saved with other settings.
         """
         text, filter_ = unpack_checkpoint(raw)
         try:

@@ -1,4 +1,4 @@
-"""Views of a stream for a person while it runs."""
+"""Views of a running stream, for a person."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,29 +10,29 @@ if TYPE_CHECKING:
     from zerorate.tasks.live.stream import LineStream
 
 PERIOD_S: Final = 0.05
-"""Seconds between two views: twenty a second, as many as an eye distinguishes."""
+"""Time between two views, s; eyes cannot distinguish more than twenty per second."""
 
 
 @dataclass(frozen=True)
 class View:
-    """Estimates after a sample.
+    """Estimates of the filter after a sample.
 
     Parameters
     ----------
     seconds : float
-        Number of samples up to now divided by their rate, s.
+        Time since the start by the number of samples, s.
     names : tuple of str
-        The axes of the gyro.
+        Axes of the gyro.
     unit : str
-        Unit of the rates, "" if it is not known.
+        Unit of the rates, "" if unknown.
     rate, bias, bias_sigma : tuple of float
-        The last sample minus the bias, the bias, its standard deviation; NaN where missing.
+        Last sample minus the bias, bias, and its standard deviation; NaN where missing.
     status : str
         State of the filter, in words.
     quaternion : tuple of float, optional
-        Orientation w, x, y, z from the sensor to earth axes whose third axis points up.
+        Orientation w, x, y, z from the sensor to earth axes with the third axis up.
     euler_deg : tuple of float, optional
-        Roll, pitch and yaw.
+        Roll, pitch and yaw, deg.
     """
 
     seconds: float
@@ -46,7 +46,7 @@ class View:
     euler_deg: tuple[float, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return the view in the types of JSON: None in place of numbers that are not finite."""
+        """Return the view in the types of JSON, with None for non-finite numbers."""
         return {
             "seconds": self.seconds,
             "names": list(self.names),
@@ -66,12 +66,12 @@ def _finite(values: Sequence[float]) -> list[float | None]:
 
 @dataclass
 class Watcher:
-    """Takes a view of a stream periodically, and passes it on.
+    """Reader of views of a stream in regular intervals, which passes them on.
 
     Parameters
     ----------
     put : callable
-        Takes each view; it must return at once, because the next answer waits for it.
+        Function of a view; it must return at once, because the next answer waits for it.
     """
 
     put: Callable[[View], None]
@@ -84,7 +84,7 @@ class Watcher:
             self._next = now + PERIOD_S
 
     def finish(self, stream: "LineStream") -> None:
-        """Take a last view, at the end."""
+        """Take a last view at the end."""
         self._look(stream)
 
     def _look(self, stream: "LineStream") -> bool:

@@ -18,7 +18,7 @@ class AllanCurves:
     taus : ndarray, shape (m,)
         Averaging times up to a quarter of the record, s.
     raw, filtered : ndarray, shape (k, m)
-        Deviations in the unit of the data; NaN where no two neighbouring clusters are complete.
+        Deviations in the unit of the data; NaN without two consecutive complete clusters.
     """
 
     taus: Floats
@@ -27,8 +27,8 @@ class AllanCurves:
 
 
 def allan_curves(raw: Floats, filtered: Floats, rate: float) -> AllanCurves:
-    """Return the curves of two records, shape (n, k), from the samples that both have."""
-    # Predictions in a gap are no measurement.
+    """Return the curves of two records, shape (n, k), from samples present in both."""
+    # Predictions in a gap are no measurements.
     present = np.isfinite(raw)
     present_filtered = filtered if present.all() else np.where(present, filtered, np.nan)
     factors = _octaves(len(raw))
@@ -38,7 +38,7 @@ def allan_curves(raw: Floats, filtered: Floats, rate: float) -> AllanCurves:
 
 
 def _deviations(record: Floats, factors: list[int]) -> Floats:
-    # The executor's threads are all that the machine has.
+    # The executor already uses all cores.
     deviations, _, _ = allan_deviations(record, factors, threads=1)
     return deviations.T
 

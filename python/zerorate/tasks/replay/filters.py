@@ -1,4 +1,4 @@
-"""The filters of a replay, which all process the same blocks."""
+"""Filters of a replay; all process the same blocks."""
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,16 +17,16 @@ from zerorate.types import Booleans, Floats
 
 Output = Literal["compensated", "estimate"]
 _StateArrays = tuple[Floats, Booleans, Booleans]
-"""Standard deviation of the bias, rest, and a stuck sensor, to be filled."""
+"""Output arrays for the standard deviation of the bias, rest, and a stuck sensor."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples from `first` on of k axes, and the filters' outputs; arrays are (k, n).
+    """Samples of k axes from the index `first` on, with the filters' outputs; arrays are (k, n).
 
-    In `raw` saturated samples are missing. `bias` has one array per method. `bias_sigma`, `at_rest`
-    and `stuck` belong to the chosen method, if they are recorded. `saturated` is set if the range
-    of the sensor is known.
+    In `raw`, saturated samples are missing. `bias` has one array per method. `bias_sigma`,
+    `at_rest` and `stuck` belong to the chosen method, if recorded. `saturated` is set if the
+    sensor's range is known.
     """
 
     first: int
@@ -39,22 +39,22 @@ class Block:
 
     @property
     def end(self) -> int:
-        """The sample after the last."""
+        """Index after the last sample."""
         return self.first + int(self.raw.shape[1])
 
     @property
     def rest(self) -> Booleans | None:
-        """Mask of the sensor's rest, without samples where it is stuck and may have moved."""
+        """Mask of rest, without samples of a stuck sensor, because it may have moved."""
         if self.at_rest is None or self.stuck is None:
             return self.at_rest
         return self.at_rest & ~self.stuck
 
 
 class Filters:
-    """New filters of k axes by method. The last one is the chosen filter, whose state is recorded.
+    """New filters of k axes by method. The last filter is chosen, and its state is recorded.
 
-    Each filter receives the options that its method uses, and the limit of rest if the unit of the
-    log is known. Filters that hold the bias in motion receive the mask of known motion.
+    Each filter receives the options that its method uses, and the limit of rest if the log's unit
+    is known. Filters that hold the bias in motion receive the mask of known motion.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Filters:
 
     @property
     def chosen_filter(self) -> DriftFilter:
-        """The filter whose output is the filtered log."""
+        """Filter with the output for the filtered log."""
         return list(self.runs.values())[-1].filter
 
     def process_blocks(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
@@ -106,14 +106,14 @@ class Filters:
         *other_runs, (name, chosen_run) = self.runs.items()
         low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
         stops = (self._moments[low:high] - first).tolist()
-        # The chosen one, which is noted meanwhile, takes longest.
+        # The chosen filter takes longest, because its state is recorded.
         moving = None if self.moving is None else self.moving[first : first + raw.shape[1]]
         job = executor.submit(chosen_run.process_recorded, raw, stops, self.recorder, state, moving)
         jobs = {method: executor.submit(run.process, raw, moving) for method, run in other_runs}
         return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
 
     def _blank_before_first(self, raw: Floats, bias: dict[str, Floats]) -> None:
-        """Put NaN where a filter had nothing yet to predict from."""
+        """Set the bias to NaN before a filter's first prediction."""
         for i in np.flatnonzero(~self._has_sample):
             present = np.isfinite(raw[i])
             self._has_sample[i] = present.any()
@@ -123,10 +123,10 @@ class Filters:
 
 
 class _Run:
-    """One filter, and the time that it took."""
+    """One filter with its computing time."""
 
     def __init__(self, rate: float, channels: int, method: str, options: dict[str, Any]) -> None:
-        # The filter refuses a method that it does not know.
+        # The filter raises an error for an unknown method.
         arguments = {**options, "method": method, "output": "estimate"}
         self.filter = DriftFilter(rate, channels=channels, **arguments)
         self._holds = self.filter.params["motion"] == "hold"
@@ -146,7 +146,7 @@ class _Run:
         state: _StateArrays | None,
         moving: Booleans | None,
     ) -> Floats:
-        """Return the bias of a block, note the state at some of its samples, and fill `state`."""
+        """Return the bias of a block, record the state at some samples, and fill `state`."""
         bias = np.empty_like(raw)
         first = 0
         for stop in dict.fromkeys((*stops, raw.shape[1])):
@@ -165,20 +165,20 @@ class _Run:
         hold_mask = moving if self._holds else None
         if hold_mask is not None and state is None:
             state = _allocate_state(raw)
-        # Only the processor's time of this thread counts.
+        # Count only the processor time of this thread.
         begin = time.thread_time()
         self.filter._replay(raw, bias, state, hold_mask)
         self._seconds += time.thread_time() - begin
 
     @property
     def speed(self) -> float:
-        """Samples per second on one core, the axes counted one by one."""
+        """Samples processed per second on one core, counting each axis."""
         samples = self.filter.samples_seen * len(self.filter.ready)
         return samples / self._seconds if self._seconds > 0.0 else np.nan
 
 
 def mask_saturated(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
-    """Return samples with saturated ones missing, and the mask of saturated samples."""
+    """Return samples with saturated samples missing, and the mask of saturated samples."""
     if limit is None:
         return raw, None
     saturated = (np.abs(raw) >= limit) & np.isfinite(raw)

@@ -1,4 +1,4 @@
-"""The history of the chosen filter: its state at some moments, time constant, learned noise."""
+"""History of the chosen filter: its state at some moments, time constant, learned noise."""
 
 import math
 from dataclasses import dataclass
@@ -19,17 +19,17 @@ _RATE_UNITS: Final = ("rad/s", "deg/s", "deg/h")
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """State of a filter of k axes after each of m moments; NaN until the axis is started up.
+    """State of a filter of k axes at each of m moments; NaN until the axis' start-up is over.
 
     Parameters
     ----------
     samples : ndarray of int64, shape (m,)
-        Number of samples processed before, including missing ones.
+        Number of samples processed to this moment, including missing samples.
     measurement_noise : ndarray, shape (m, k)
         Variance R, unit of the data squared.
     gain : ndarray, shape (m, k, p + 1)
-        Kalman gain; its first component weighs the newest sample. The state of "auto" is the drift
-        alone: p + 1, and p + q + 1 below, are then 1.
+        Kalman gain; its first component weights the newest sample. For "auto" the state is the
+        drift alone: p + 1 and p + q + 1 below are then 1.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
     angle_random_walk : ndarray, shape (m, k)
@@ -51,10 +51,10 @@ class History:
 
 
 def moments(n: int) -> Integers:
-    """Return rising sample counts up to n, dense at the start, where a filter learns.
+    """Return increasing sample counts up to n, dense at the start while a filter learns.
 
-    There are six hundred in even steps, for a linear time axis, and sixty per decade, for a
-    logarithmic one.
+    Six hundred are equally spaced for a linear time axis. Sixty per decade are for a logarithmic
+    axis.
     """
     even = np.linspace(n / _LINEAR_MOMENTS, n, _LINEAR_MOMENTS)
     decades = int(np.ceil(np.log10(n)))
@@ -64,7 +64,7 @@ def moments(n: int) -> Integers:
 
 
 class Recorder:
-    """Collects a history, one moment after the other."""
+    """Recorder of a history, moment by moment."""
 
     def __init__(self) -> None:
         self._samples: list[int] = []
@@ -95,7 +95,7 @@ class Recorder:
 def time_constants(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
     """Return the time in which each axis' estimate makes 63 % of a step, s.
 
-    The filter's state at the end is used. For a published method the gain is the median over the
+    The filter's state at the end is used. For a published method, the gain is the median over the
     second half of the record, because a fading gain varies.
 
     Parameters
@@ -103,16 +103,16 @@ def time_constants(history: History, order: tuple[int, int] | None, rate: float)
     history : History
         History of a filter of k axes.
     order : (int, int) or None
-        Orders (p, q) of its model; None for a random walk, which is an exponential average: its
-        gain is the share of a small step that one sample corrects.
+        Orders (p, q) of the model. None for a random walk, an exponential average; its gain is the
+        share of a small step that one sample corrects.
     rate : float
         Samples per second, Hz.
 
     Returns
     -------
     ndarray of float64, shape (k,)
-        At least one sample interval. NaN if the filter was not started up, infinity if its estimate
-        would not make 63 % within the record.
+        Time constants, at least one sample interval. NaN if the start-up is not over; infinity if
+        the estimate does not make 63 % within the record.
     """
     late = history.samples > history.samples[-1] // 2
     gains = history.gain[late].swapaxes(0, 1)
@@ -128,21 +128,21 @@ def time_constants(history: History, order: tuple[int, int] | None, rate: float)
 
 
 def _median_gain(gain: Floats) -> Floats:
-    """Return the median of shape (m, p + 1), without the zeros of missing samples."""
+    """Return the median gain, shape (m, p + 1), without the zeros of missing samples."""
     used = gain[gain[:, 0] != 0.0]
     median: Floats = np.median(used, axis=0) if used.size else np.full(gain.shape[1], np.nan)
     return median
 
 
 def _random_walk_samples(gain: Floats, max_samples: int) -> float:
-    """Return 1/K for the last gain that was not that of a missing sample."""
+    """Return 1/K for the last gain of a present sample."""
     used = gain[gain > 0.0]
     samples = 1.0 / float(used[-1]) if used.size else math.nan
     return math.inf if samples > max_samples else samples
 
 
 def _model_samples(coefficients: Floats, gain: Floats, p: int, max_samples: int) -> float:
-    """Return the first sample count, found by halving, at which the response is reached."""
+    """Return the first number of samples with a response of 63 %, found by bisection."""
     if not (np.isfinite(coefficients).all() and np.isfinite(gain).all()):
         return math.nan
     step = _step_matrix(coefficients[:p], gain)
@@ -161,7 +161,7 @@ def _model_samples(coefficients: Floats, gain: Floats, p: int, max_samples: int)
 
 
 def _step_matrix(phi: Floats, gain: Floats) -> Floats:
-    """Return one step of x = (I - K H) A x + K z, the input z appended to the state."""
+    """Return one step of x = (I - K H) A x + K z, with the input z appended to the state."""
     n = phi.size + 1
     transition = np.zeros((n, n))
     transition[0, : phi.size] = phi
@@ -188,7 +188,7 @@ def last_finite(values: Floats) -> Floats:
 
 
 def noise_units(unit: str) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return unit and factor of the angle random walk and the rate random walk of a log's unit."""
+    """Return units and factors of angle random walk and rate random walk for a log's unit."""
     if unit not in _RATE_UNITS:
         return (f"{unit} √s", 1.0), (f"{unit}/√s", 1.0)
     factor = convert(1.0, unit, "rad/s")

@@ -1,4 +1,4 @@
-"""The measures of a replay: scores of each axis and counts of its samples, block by block."""
+"""Measures of a replay: scores of each axis and counts of samples, block by block."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ _MIN_ONSET_SAMPLES: Final = 8
 
 @dataclass(frozen=True)
 class Score:
-    """Measures of one axis: raw data or one method's bias; NaN for a measure without meaning.
+    """Measures of one axis, for raw data or a method's bias; NaN without a meaning.
 
-    They use the samples that are present in the raw data and, if the chosen filter detects motion,
-    that it considered at rest.
+    Only samples present in the raw data are used. If the chosen filter detects motion, only its
+    samples at rest are used.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ class Score:
     mean, deviation : float
         Mean and standard deviation, in the unit of the log.
     reduction : float
-        Ratio of the bias' standard deviation to the raw data's standard deviation. It is for a
-        method's bias, not for the compensated rate.
+        Ratio of the bias' standard deviation to the raw data's standard deviation. It does not
+        apply to the compensated rate.
     coasting : tuple of float
         `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
     error : float
-        RMS error against the true bias, if that was given.
+        RMS error against the true bias, if given.
     """
 
     axis: str
@@ -48,17 +48,17 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class SampleCounts:
-    """Counts of each axis' samples, shape (k,).
+    """Counts of samples for each axis, shape (k,).
 
     Parameters
     ----------
     missing_count, present_count : ndarray of int64
-        Numbers of samples that are NaN or saturated, and of the others.
+        Numbers of missing (NaN or saturated) samples, and of all other samples.
     equal : ndarray of bool
         True if all present samples are equal.
     at_rest_count, stuck_count : ndarray of int64 or None
-        Numbers of samples at which the chosen filter considered the sensor at rest, and stuck, if
-        these were recorded.
+        Numbers of samples with the sensor at rest, and stuck, according to the chosen filter, if
+        recorded.
     """
 
     missing_count: Integers
@@ -78,7 +78,7 @@ class ReplayMeasures:
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
         Standard deviation of the raw rate minus the chosen method's bias, in the unit of the log.
-    sample_counts : Seen
+    sample_counts : SampleCounts
         Counts of samples.
     """
 
@@ -88,11 +88,10 @@ class ReplayMeasures:
 
 
 class Measures:
-    """Scores of every axis, raw and of each method's bias; `truth` has shape (k, n).
+    """Scores of every axis, for raw data and each method's bias; `truth` has shape (k, n).
 
-    If a sensor moves, only its samples at rest say something: if the chosen filter `holds` the bias
-    in motion, the scores are of the times at which it is certain of rest. A stuck sensor does not
-    count as at rest.
+    Only samples at rest are meaningful if a sensor moves. If the chosen filter `holds` the bias in
+    motion, scores use only samples with certain rest. A stuck sensor is not at rest.
     """
 
     def __init__(
@@ -154,7 +153,7 @@ class Measures:
 
 @dataclass(frozen=True, eq=False)
 class _NativeScores:
-    """Native results (k, m + 1), the coasting errors with an axis of horizons."""
+    """Native results (k, m + 1), and coasting errors with an axis of horizons."""
 
     mean: Floats
     deviation: Floats
@@ -180,5 +179,5 @@ def _make_score(
 
 
 def onset_samples(rate: float) -> int:
-    """Return the number of samples before a detected motion in which it may have begun."""
+    """Return the number of samples before a detected motion in which the motion may have begun."""
     return max(round(_ONSET_S * rate), _MIN_ONSET_SAMPLES)

@@ -1,4 +1,4 @@
-"""Motion detected by a body's accelerometer, at the samples of its gyro."""
+"""Motion detected by the accelerometer of a body, at the samples of its gyro."""
 
 from contextlib import closing
 from typing import Final
@@ -17,8 +17,8 @@ _BLOCK_ROWS: Final = 1 << 15
 def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
     """Return the mask of known motion of a gyro's body, shape (n,), from its accelerometer.
 
-    Both clocks have the same zero. Each sample of the accelerometer counts until its next one;
-    before its first sample motion is unknown.
+    Both clocks have the same zero. Each accelerometer sample is valid until the next one. Before
+    the first sample, motion is unknown.
 
     Raises
     ------
@@ -38,15 +38,15 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
     is_moving = np.empty(gyro.header.n, dtype=np.bool_)
     for first in range(0, gyro.header.n, _BLOCK_ROWS):
         end = min(first + _BLOCK_ROWS, gyro.header.n)
-        # Stamps are rounded; a sample of the same instant counts.
+        # Stamps are rounded; a sample at the same instant is valid.
         last = np.floor((gyro.time(first, end) - start) * header.rate + 1e-3).astype(np.int64)
-        # The place after the last says that nothing is known.
+        # The last element means unknown.
         is_moving[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
     return is_moving
 
 
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
-    """Return the sentence on the use of the accelerometer."""
+    """Return a sentence on the use of the accelerometer."""
     names = ", ".join(accel.header.names)
     if not moving.any():
         return f"the accelerometer ({names}) shows no motion"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Panels: TypeAlias = Literal["usual", "all"]
-"""Extent of the figure of a result."""
+"""Panels of a result's figure."""
 
 _NO_REST: Final = "no rest yet"
 _PROVISIONAL: Final = "provisional"
@@ -54,14 +54,14 @@ class Readings:
 
     @property
     def rest(self) -> Booleans:
-        """Mask of rest, shape (n, k); a stuck sensor is left out, since it may have moved."""
+        """Mask of rest, shape (n, k), without a stuck sensor, because it may have moved."""
         return self.at_rest & ~self.stuck
 
     def certain_rest(self, rate: float) -> Booleans:
-        """Return `rest` without the samples in which a motion began unseen, shape (n, k).
+        """Return `rest` without samples in which an undetected motion began, shape (n, k).
 
-        Rest is decided in ticks of a quarter of a second, or four samples if that is longer. A
-        motion is detected at the end of the tick in which it began, or of the next tick.
+        Rest is decided in ticks of a quarter second, or of four samples if that is longer. Motion
+        is detected at the end of the tick in which it began, or of the next tick.
         """
         rest = self.rest
         before = onset_samples(rate)
@@ -72,11 +72,11 @@ class Readings:
 
 
 TRUTH_MEAN_S: Final = 10.0
-"""Seconds of the mean bias whose standard deviation `DriftFilter` states."""
+"""Duration of the mean bias to which `DriftFilter.bias_sigma` refers, s."""
 
 
 def trailing_mean(values: Floats, rate: float) -> Floats:
-    """Return at each sample the mean of the last ten seconds, or of all samples if fewer, (n,)."""
+    """Return at each sample the mean of the last ten seconds, or since the start, (n,)."""
     width = min(max(1, round(TRUTH_MEAN_S * rate)), len(values))
     sums = np.concatenate(([0.0], np.cumsum(values)))
     stops = np.arange(1, len(values) + 1)
@@ -94,11 +94,11 @@ class Summary(Result):
     header : Header
         Description of the filtered log: n samples of k axes.
     method : str
-        The chosen method, to which all attributes from `output` on refer.
+        Chosen method; all attributes from `output` on refer to it.
     output : {"compensated", "estimate"}
         Contents of the filtered log: the raw rate minus its bias, or the bias.
     params : mapping
-        Arguments with which the same filter can be made.
+        Arguments to make the same filter.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
@@ -108,9 +108,9 @@ class Summary(Result):
     speed : mapping of str to float
         Samples processed per second on one core, counting each axis.
     guard_count : mapping of str to ndarray, shape (k,)
-        Number of shortened steps of the process noise.
+        Number of steps with limited process noise.
     ready : ndarray of bool, shape (k,)
-        True if the axis' start-up was finished.
+        True if the axis' start-up is over.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
     restart_count : ndarray, shape (k,)
@@ -119,15 +119,15 @@ class Summary(Result):
         State of the chosen filter over time.
     time_constant : ndarray, shape (k,)
         Time in which the chosen filter makes 63 % of a step, s.
-    sample_counts : Seen
-        Numbers of samples that were missing, at rest or stuck.
-    left_out : LeftOut
-        Numbers of present samples that the chosen filter left out.
+    sample_counts : SampleCounts
+        Counts of missing, resting and stuck samples.
+    left_out : ExclusionCounts
+        Counts of present samples that the chosen filter left out.
     alarms : tuple of str
         Contradictions in the log, one sentence each.
     error_at_end : ndarray, shape (k,), or None
         Bias at the end minus the mean true bias of the last 10 s, in the unit of the log; None if
-        the true bias is not known.
+        the true bias is unknown.
     """
 
     header: Header
@@ -161,7 +161,7 @@ class Summary(Result):
 
     @property
     def moved_count(self) -> Integers | None:
-        """Number of samples of each axis with the sensor neither at rest nor stuck, shape (k,)."""
+        """Number of samples per axis with the sensor in motion, shape (k,)."""
         counts = self.sample_counts
         if counts.at_rest_count is None or counts.stuck_count is None:
             return None
@@ -173,21 +173,21 @@ class Summary(Result):
 
     @property
     def limit(self) -> float | None:
-        """End of the sensor's range, in the unit of the log, if it is known."""
+        """End of the sensor's range, in the unit of the log; None if unknown."""
         limit: float | None = self.params["limit"]
         return limit
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Replay(Summary, Result):
-    """A log after the filters, as `zerorate.replay` returns it: its summary, and all series.
+    """A log after the filters, as `zerorate.replay` returns it: a summary with all series.
 
     Parameters
     ----------
     log : Log
         The log before filtering.
     filtered : mapping of str to ndarray, shape (n, k)
-        Bias by each method, NaN before an axis' first sample.
+        Bias by method; NaN before an axis' first sample.
     readings : Readings or None
         Quality of the bias at each sample; None for a published method that neither detects motion
         nor compensates.
@@ -247,7 +247,7 @@ class Replay(Summary, Result):
         panels : {"usual", "all"}
             Raw rate and biases; or all panels: noise, gain or drift, and Allan deviations.
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the bias of the first axis, and for those of the following ones.
+            Axes for the bias of the first axis, followed by those for further axes.
         """
         return figure_of(self, panels == "all", ax=ax)
 
@@ -288,7 +288,7 @@ class Replays(Result):
 
 
 def notes_on(replay: Summary) -> Iterator[str]:
-    """Yield the sentences on the log, and on the filter's actions."""
+    """Yield sentences on the log, and on the filter's actions."""
     yield from _log_notes(replay)
     yield from describe_unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
@@ -344,7 +344,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
 
 
 def describe_unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis without certain rest, for the chosen filter."""
+    """Yield a sentence on each axis without certain rest in the chosen filter."""
     needed, counts = (
         max(10, round(replay.params["startup"] * replay.header.rate)),
         replay.sample_counts,
@@ -373,7 +373,7 @@ def describe_unlearned(replay: Summary) -> Iterator[str]:
 
 def subtract_bias(raw: Floats, bias: Floats) -> Floats:
     """Return raw minus bias, NaN where a sample is missing."""
-    # Numbers near the largest double overflow: the estimate of a filter is at its limit then.
+    # Numbers near the largest double overflow if the filter's estimate is also at its limit.
     with np.errstate(over="ignore", invalid="ignore"):
         present = np.isfinite(raw)
         return raw - bias if present.all() else np.where(present, raw - bias, np.nan)

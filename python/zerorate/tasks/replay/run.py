@@ -38,13 +38,13 @@ from zerorate.tasks.workers import BackgroundStep, prefetch, thread_pool
 from zerorate.types import Booleans, Floats
 
 BLOCK_ROWS: Final = 1 << 15
-"""Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
+"""Samples per block: large enough for low overhead, small enough for the processor's caches."""
 
 HORIZONS: Final = (10.0, 60.0)
 """Horizons of the coasting error, s."""
 
 _STEPS_S: Final = 120.0
-"""Seconds from the start that show the step of the samples."""
+"""Time from the start used to find the step of the samples, s."""
 
 
 def run_filters(
@@ -67,12 +67,12 @@ def run_filters(
     log : Log
         The log of a gyro.
     accel : Log, optional
-        Accelerometer of three axes of the same body, on a clock with the same zero, in any unit.
-        Where it shows motion, methods that hold the bias in motion never count the gyro's samples
-        as rest.
+        Accelerometer of the same body with three axes, on a clock with the same zero, in any unit.
+        If it shows motion, methods that hold the bias in motion never count the gyro's samples as
+        rest.
     methods : sequence of str
-        Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose history
-        is kept. Default: the published methods, then "auto".
+        Methods of `zerorate.DriftFilter`, all different. The last is chosen: its history is kept.
+        Default: the published methods, then "auto".
     output : {"compensated", "estimate"}, default "compensated"
         Contents of the filtered log: the raw rate minus its bias, or the bias from the chosen
         method. Scores are always for the bias.
@@ -85,7 +85,7 @@ def run_filters(
         shows a bar.
     **options
         Arguments of `zerorate.DriftFilter`; each is passed to the methods that use it. If the unit
-        of the log is known, `rest_limit` defaults to 10 deg/s; None is no limit.
+        of the log is known, `rest_limit` defaults to 10 deg/s; None means no limit.
 
     Returns
     -------
@@ -95,10 +95,10 @@ def run_filters(
     Raises
     ------
     LogError
-        If no axis holds a sample, or the accelerometer does not have three axes.
+        If all samples are missing, or the accelerometer does not have three axes.
     ValueError
-        If a method or an argument is not valid, no method uses an option, or the shape of `truth`
-        is not that of the data.
+        If a method or an argument is not valid, no method uses an option, or `truth` has another
+        shape than the data.
 
     Examples
     --------
@@ -156,11 +156,11 @@ def filter_to_file(
     path : Path
         The file to write, completely or not at all.
     accel : LogFile, optional
-        As in `run_filters`; memory holds one byte for each of its samples.
+        Accelerometer as in `run_filters`; it needs one byte of memory per sample.
     methods, output, horizons, progress, **options
         As in `run_filters`.
     force : bool
-        Replace an existing file; default no.
+        Replace an existing file. Default False.
     rows : int
         Number of samples per block; the results do not depend on it.
 
@@ -172,7 +172,7 @@ def filter_to_file(
     Raises
     ------
     LogError
-        If the file cannot be read to its end, or no axis holds a sample.
+        If the file cannot be read completely, or all samples are missing.
     ValueError
         If a method or an argument is not valid, or no method uses an option.
     OSError
@@ -203,7 +203,7 @@ def filter_to_file(
 
 
 def _detect_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
-    """Return the log of a gyro, with notes on the accelerometer, and the mask of motion."""
+    """Return the log of a gyro with notes on the accelerometer, and the mask of motion."""
     if accel is None:
         return gyro, None
     moving = motion_of(accel, gyro)
@@ -218,7 +218,7 @@ def _run_pipeline(
     progress: Progress,
     rows: int = BLOCK_ROWS,
 ) -> None:
-    """Read blocks ahead, filter them, and give them to every sink in a thread of its own."""
+    """Read blocks ahead, filter them, and pass them to every sink in a separate thread."""
     with ExitStack() as stack:
         executor = stack.enter_context(thread_pool())
         raws = stack.enter_context(closing(prefetch(recording.blocks(rows))))
@@ -236,7 +236,7 @@ def _summarise(
     horizons: Sequence[float],
     steps: "_Steps",
 ) -> Summary:
-    """Return the summary of a recording after all its blocks."""
+    """Return the summary of a recording after its last block."""
     measured = measures.finish()
     counts = measured.sample_counts
     if not counts.present_count.any():
@@ -272,21 +272,21 @@ def _summarise(
 
 
 class _Steps:
-    """The first samples of each axis, which show the step of all of them."""
+    """First samples of each axis, to find the step of the samples."""
 
     def __init__(self, header: Header) -> None:
         self._header = header
         self._first = np.empty((header.channels, min(header.n, round(_STEPS_S * header.rate))))
 
     def take(self, block: Block) -> None:
-        """Keep what is among the first."""
+        """Keep the samples that are among the first."""
         count = self._first.shape[1]
         if block.first < count:
             kept = self._first[:, block.first : block.end]
             kept[:] = block.raw[:, : kept.shape[1]]
 
     def describe(self) -> Iterator[str]:
-        """Yield the sentence on each axis whose steps are too wide."""
+        """Yield a sentence for each axis with too coarse steps."""
         rate, unit = self._header.rate, self._header.unit
         for name, z in zip(self._header.names, self._first, strict=True):
             sentence = describe_steps(z, rate, unit)
@@ -295,17 +295,17 @@ class _Steps:
 
 
 class _Series:
-    """Blocks put together again in memory."""
+    """Series in memory, assembled from blocks."""
 
     def __init__(self, shape: tuple[int, int], methods: Sequence[str], notes: bool) -> None:
-        # An axis after the other, as everything that measures or writes them wants them.
+        # Axis by axis, because measures and writers read the data this way.
         axes_first = shape[::-1]
         self._bias = {method: np.empty(axes_first) for method in methods}
         kinds = (np.float64, np.bool_, np.bool_)
         self._state = [np.empty(axes_first, dtype=kind) for kind in kinds] if notes else None
 
     def take(self, block: Block) -> None:
-        """Put one block in its place."""
+        """Store one block."""
         columns = np.s_[:, block.first : block.end]
         for method, bias in self._bias.items():
             bias[columns] = block.bias[method]
@@ -316,22 +316,22 @@ class _Series:
 
     @property
     def filtered(self) -> dict[str, Floats]:
-        """Drift by method, shape (n, k)."""
+        """Bias by method, shape (n, k)."""
         return {method: bias.T for method, bias in self._bias.items()}
 
     @property
     def readings(self) -> Readings | None:
-        """State of the chosen filter at every sample, where it is recorded."""
+        """State of the chosen filter at every sample, if recorded."""
         return None if self._state is None else Readings(*(part.T for part in self._state))
 
 
 class _FilteredFile(RowGroupWriter):
-    """Blocks written as the filtered log."""
+    """Writer of blocks into the filtered log."""
 
     def __init__(self, path: Path, recording: LogFile, filters: Filters) -> None:
         header = recording.header
         self._recording = recording
-        # Not the filter itself: it works on the next block while this one is written.
+        # No reference to the filter: it processes the next block during writing.
         self._method = filters.chosen_filter.method
         self._compensates = filters.output == "compensated"
         every = extra_names(header.names, header.unit, limited=filters.limit is not None)
@@ -353,7 +353,7 @@ class _FilteredFile(RowGroupWriter):
 
 
 def _check_truth(truth: npt.ArrayLike, log: Log) -> Floats:
-    """Return the truth an axis after the other, shape (k, n)."""
+    """Return the truth axis by axis, shape (k, n)."""
     true_bias = floats(truth, "truth")
     true_bias = true_bias[:, np.newaxis] if true_bias.ndim == 1 else true_bias
     if true_bias.shape != log.data.shape:

@@ -66,19 +66,19 @@ def replay(
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        Recording with a gyro. If it has an accelerometer of three axes, that detects motion.
+        Recording with a gyro. An accelerometer with three axes, if any, detects motion.
     method : str
         Method of `zerorate.DriftFilter`. Default "auto", which tunes itself.
     methods : sequence of str or "all"
         Methods to compare with `method`.
     accel : bool or Log
-        False ignores the accelerometer; a Log is the accelerometer.
+        False: ignore the accelerometer. A Log: use it as accelerometer.
     calibration : Calibration or path, optional
         Calibration that corrects the gyro first.
     fix : bool
-        Correct the gyro's unit or axes where the motion certainly contradicts them.
+        Correct the gyro's unit or axes if the motion clearly contradicts them.
     truth : array_like or path, optional
-        True bias if known, in the shape and unit of the data; or a file from ``zerorate simulate``
+        True bias if known, in the shape and unit of the data. Or a file from ``zerorate simulate``
         with columns ``drift_x_radps`` and so on.
     horizons : sequence of float
         Horizons of the coasting error, s.
@@ -87,8 +87,8 @@ def replay(
         shows a bar.
     **options
         Options of `zerorate.DriftFilter`; each is passed to the methods that use it. If the unit is
-        known, `rest_limit` defaults to 10 deg/s and `bias_limit` to 20 deg/s; None is no limit.
-        Also arguments of `zerorate.read_log`, if the source is a file; its ``scale`` is
+        known, `rest_limit` defaults to 10 deg/s and `bias_limit` to 20 deg/s; None means no limit.
+        If the source is a file, also arguments of `zerorate.read_log`; its ``scale`` is
         ``data_scale`` here.
 
     Returns
@@ -99,7 +99,7 @@ def replay(
     Raises
     ------
     LogError
-        If there is no gyro, no axis holds a sample, or the source cannot be read.
+        If there is no gyro, all samples are missing, or the source cannot be read.
     ValueError
         If a method or an option is not valid, or no method uses an option.
 
@@ -129,7 +129,7 @@ def replay(
 
 
 def _load_truth(truth: npt.ArrayLike | Path_ | None, log: Log) -> npt.ArrayLike | None:
-    """Return the true bias of a log, read from a file and converted to its unit where it is one."""
+    """Return the true bias of a log; from a file it is converted to the log's unit."""
     if not isinstance(truth, str | os.PathLike):
         return truth
     axes = [name.rpartition("_") for name in (split_unit(own)[0] for own in log.names)]
@@ -155,15 +155,15 @@ def replay_to_file(
 ) -> Summary:
     """Remove the bias from a log of any length, block by block, and write the filtered log.
 
-    Scores and file are identical to those of `replay` and its ``save(figure=False)``. With Parquet
-    as input and output, memory does not limit the length; other formats are made in memory.
+    Scores and file are identical to `replay` with ``save(figure=False)``. The length is unlimited
+    if input and output are Parquet; other formats need the memory of the log.
 
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
-        As in `replay`. The checks use the first million samples.
+        Source as in `replay`. The checks use the first million samples.
     path : path
-        The file to write, completely or not at all.
+        File to write, completely or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
         As in `replay`.
     force : bool
@@ -210,7 +210,7 @@ def replay_to_file(
 
 @dataclass(frozen=True)
 class _ReplayRequest:
-    """Request to the filters and to the reader."""
+    """Arguments for the filters and for the reader."""
 
     methods: tuple[str, ...]
     horizons: Sequence[float]
@@ -225,7 +225,7 @@ class _ReplayRequest:
         horizons: Sequence[float],
         arguments: Mapping[str, Any],
     ) -> Self:
-        """Return the request of the arguments, sorted and checked."""
+        """Return the checked arguments, sorted by use."""
         reading = {name: value for name, value in arguments.items() if name in _READING_OPTIONS}
         options = {name: value for name, value in arguments.items() if name not in _READING_OPTIONS}
         if "data_scale" in options:
@@ -235,13 +235,13 @@ class _ReplayRequest:
         return cls(methods, horizons, options, reading)
 
     def of_log(self, unit: str) -> dict[str, Any]:
-        """Return the arguments of the filters of a log in a unit."""
+        """Return the arguments of the filters for a log with this unit."""
         filter_options = add_rest_limits(self.options, self.methods, unit)
         return {"methods": self.methods, "horizons": self.horizons, **filter_options}
 
 
 def _comparison_methods(comparison: Sequence[str], method: str) -> tuple[str, ...]:
-    """Return the methods that the chosen one is compared with."""
+    """Return the methods to compare with the chosen method."""
     names = METHODS if isinstance(comparison, str) and comparison == _ALL else tuple(comparison)
     for name in names:
         if name not in METHODS:

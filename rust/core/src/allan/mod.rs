@@ -1,5 +1,5 @@
-//! Allan variances: of a record, at all octaves of a stream, and recursively as the measurement
-//! noise of a filter.
+//! Allan variances of a record, of a stream at all octaves, and recursively as measurement noise of
+//! a filter.
 
 #[cfg(feature = "std")]
 mod deviations;

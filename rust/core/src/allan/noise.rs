@@ -9,18 +9,18 @@ use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
-/// The difference of samples for the variance.
+/// Difference of samples in the variance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AllanKind {
     /// First difference, `R = E[(z_k - z_{k-1})²] / 2` (FH 17).
     Allan,
-    /// Second difference, `R = E[(z_k - 2 z_{k-1} + z_{k-2})²] / 6`: a constant angular
-    /// acceleration leaves it unchanged.
+    /// Second difference, `R = E[(z_k - 2 z_{k-1} + z_{k-2})²] / 6`; a constant angular
+    /// acceleration does not change it.
     Hadamard,
 }
 
 impl AllanKind {
-    /// The kind with this name.
+    /// Kind with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         match name {
             "allan" => Some(Self::Allan),
@@ -29,7 +29,7 @@ impl AllanKind {
         }
     }
 
-    /// Its name.
+    /// Name of the kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Allan => "allan",
@@ -40,8 +40,8 @@ impl AllanKind {
 
 /// Recursive Allan variance with fading memory.
 ///
-/// The weight of FH 30, `w_k = w_{k-1} / (w_{k-1} + b)`, is kept as its reciprocal: the sum of the
-/// faded weights `c_k = 1 + b c_{k-1}`, which stays an exact count for `b = 1`.
+/// The weight of FH 30, `w_k = w_{k-1} / (w_{k-1} + b)`, is stored as its reciprocal. This is the
+/// sum of the faded weights, `c_k = 1 + b c_{k-1}`, an exact count for `b = 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AllanNoise<T> {
     kind: AllanKind,
@@ -49,7 +49,7 @@ pub struct AllanNoise<T> {
     floor: T,
     variance: T,
     weight_sum: T,
-    /// The last two samples; NaN stands for one that was missing or not there yet.
+    /// Last two samples; NaN is a missing sample, or no sample yet.
     previous: [T; 2],
 }
 
@@ -57,13 +57,13 @@ pub struct AllanNoise<T> {
 crate::math::laned!(AllanNoise [] { fading, floor, variance, weight_sum, previous } common { kind });
 
 impl<T: Real> AllanNoise<T> {
-    /// An estimator with fading factor `fading` in (0, 1] (1: equal weights of all differences)
-    /// that never returns less than `floor`.
+    /// An estimator with fading factor `fading` in (0, 1]; 1 gives all differences equal weight.
+    /// The result is at least `floor`.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `fading` or `floor` is out of range.
     pub fn new(fading: f64, kind: AllanKind, floor: f64) -> Result<Self, Error> {
-        // As a number of the stream it must be one too.
+        // `floor` must also be finite in the stream's number type.
         let is_size = floor >= 0.0 && T::of(floor).finite().all();
         require(is_size, "floor", "zero or a positive number", floor)?;
         Self::with_floor(fading, kind, T::of(floor))
@@ -83,12 +83,12 @@ impl<T: Real> AllanNoise<T> {
         })
     }
 
-    /// Memory b in (0, 1].
+    /// Fading factor b in (0, 1].
     pub fn fading(&self) -> T {
         self.fading
     }
 
-    /// The difference of samples for the variance.
+    /// Difference of samples in the variance.
     pub fn kind(&self) -> AllanKind {
         self.kind
     }
@@ -98,17 +98,18 @@ impl<T: Real> AllanNoise<T> {
         self.floor
     }
 
-    /// The estimate to date; `floor` before the first difference.
+    /// Estimate to date; `floor` before the first difference.
     #[inline(always)]
     pub fn variance(&self) -> T {
         self.variance.at_least(self.floor)
     }
 
-    /// Process one sample; a sample that is not finite, and differences across it, are left out.
+    /// Processes one sample. A sample that is not finite is left out, with all differences across
+    /// it.
     #[inline(always)]
     pub fn observe(&mut self, z: T) {
         let square = self.squared_difference(z);
-        // Not so for NaN: a sample or the one before it was missing.
+        // False for NaN: a sample or its predecessor was missing.
         let seen = square.simd_ge(T::zero());
         // Not a choice between two sums, which a compiler may store lane by lane.
         self.weight_sum = self.weight_sum * choose(seen, self.fading, T::one())
@@ -127,7 +128,7 @@ impl<T: Real> AllanNoise<T> {
         }
     }
 
-    /// The next sample does not follow the last one.
+    /// Notes that the next sample does not follow the last sample.
     pub(crate) fn interrupt(&mut self) {
         self.previous = [T::of(f64::NAN); 2];
     }
@@ -144,7 +145,7 @@ impl<T: Real> AllanNoise<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
-    /// Stands at `variance`, with the weight that `samples` samples without a gap would have.
+    /// Sets the estimate to `variance`, with the weight of `samples` samples without a gap.
     pub(crate) fn set_known(&mut self, variance: T, samples: u64) {
         let order = match self.kind {
             AllanKind::Allan => 1,
@@ -182,7 +183,7 @@ impl<T: Number> Stream for AllanNoise<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
-    /// True if samples within `reach` can have made it of `fresh`.
+    /// True if samples within `reach` can have changed `fresh` to this state.
     pub(crate) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let parameters = |noise: &Self| (noise.kind, noise.fading, noise.floor);
         parameters(self) == parameters(fresh)

@@ -1,5 +1,5 @@
-//! The two stages of Liu, He & Zhao: a Kalman filter for each gyro, then one for all of them. Both
-//! take the rate itself for a random walk.
+//! The two stages of Liu, He & Zhao: a Kalman filter for each gyro, then one for all of them. The
+//! two stages model the rate itself as a random walk.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +7,8 @@ use super::MAX_SAMPLE;
 use crate::error::Error;
 use crate::memory;
 
-/// Variance of the walk's step over that of the measurement, in both stages: at rest the first then
-/// leaves a quarter of the deviation, about what its authors report.
+/// Variance of the walk's step over the variance of the measurement, in the two stages. At rest the
+/// first stage then leaves a quarter of the standard deviation, about as its authors report.
 const PROCESS_NOISE: f64 = 0.014;
 
 /// Filters of all sensors and axes, and of all axes.
@@ -19,7 +19,7 @@ pub(super) struct Centralised {
     pub(super) took: Vec<bool>,
 }
 
-/// A random walk, with variances over that of its measurement.
+/// A random walk; variances are relative to the variance of its measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Walk {
     /// NaN before the first sample.
@@ -43,7 +43,7 @@ impl Centralised {
         self.second.fill(INITIAL_WALK);
     }
 
-    /// Takes the samples of an axis; returns how many there were.
+    /// Processes the samples of an axis; returns the number of present samples.
     #[inline(always)]
     pub(super) fn take(&mut self, axis: usize, axes: usize, z: &[f64], limit: Option<f64>) -> u32 {
         let (mut sum, mut count) = (0.0, 0);

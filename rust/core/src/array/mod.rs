@@ -1,13 +1,13 @@
-//! Many gyros of one body as one.
+//! Many gyros of one body as one gyro.
 //!
-//! Each gyro learns its own drift, axis by axis. Weights follow from noise at rest, and from scale
-//! errors, which are assumed equal, in motion. A sensor that disagrees with the others is excluded
-//! until it has agreed again for a while. An array of one gyro equals its drift filter to the last
-//! bit.
+//! Each gyro learns its own drift, axis by axis. Weights follow from noise at rest, and in motion
+//! from scale errors, which are assumed equal. A sensor that disagrees with the others is excluded
+//! until it has agreed again for a while. An array of one gyro gives bit-identical results to its
+//! drift filter.
 //!
-//! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no
-//! [`Stream`], whose input has a size that is compiled; its filters are. Of a known number it
-//! becomes one in a few lines: see `tests/core/array.rs`.
+//! The number of gyros is known only at run time. [`GyroArray`] therefore takes slices and is no
+//! [`Stream`], whose input has a compiled size; its filters are streams. For a known number it
+//! becomes a stream in a few lines: see `tests/core/array.rs`.
 
 mod centralised;
 mod noise;
@@ -28,24 +28,24 @@ use crate::error::Error;
 use crate::memory;
 use crate::stream::Stream;
 
-/// Largest sample that sums are made of; squares and their sums are far from overflowing.
+/// Largest sample in sums; its square, and sums of squares, are far from overflow.
 const MAX_SAMPLE: f64 = 1e75;
 
-/// Part of their sizes that weights, some of which may be negative, must add up to.
+/// Smallest sum of the weights relative to the sum of their sizes; some weights may be negative.
 const MIN_WEIGHT_SUM: f64 = 0.25;
 
 /// Gyros of one body, with `A` axes each, fused into one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
     params: ArrayParams,
-    /// Sensor by sensor: from its samples to the axes of the body.
+    /// Matrices from each sensor's samples to the axes of the body.
     body_rotations: Option<Vec<f64>>,
-    /// Axis by axis of the first sensor, then of the next.
+    /// Filters of all axes of the first sensor, then of the next.
     filters: Vec<AutoFilter<f64>>,
     centralised: Centralised,
     noise: Noise,
     vote: Vote,
-    /// Samples of a tick, and those that this one has.
+    /// Number of samples in a tick, and in the present tick.
     length: u32,
     position: u32,
     samples: u64,
@@ -56,9 +56,9 @@ pub struct GyroArray<const A: usize> {
     /// Quality of each sensor's last sample, and its rates in the axes of the body.
     seen: Vec<Seen>,
     rates: Vec<f64>,
-    /// Mask of the sensor's own axes whose rate is near the other sensors' rates.
+    /// Mask of the sensor's own axes with a rate near the other sensors' rates.
     near: Vec<bool>,
-    /// The same in order of size, axis by axis.
+    /// The rates in order of size, axis by axis.
     sorted: Vec<f64>,
 }
 
@@ -74,22 +74,22 @@ enum Seen {
 /// Health of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Health {
-    /// Used.
+    /// The sensor is used.
     Good,
     /// Part of its last sample was missing.
     Missing,
     /// Part of its last sample was at the end of the range.
     Saturated,
-    /// It repeats one sample.
+    /// The sensor repeats one sample.
     Stuck,
-    /// It disagrees with the others, or has not yet agreed with them for long enough.
+    /// The sensor disagrees with the others, or has not yet agreed with them for long enough.
     Excluded,
-    /// It is one of two remaining sensors that disagree.
+    /// The sensor is one of two remaining sensors that disagree.
     Disputed,
 }
 
 impl Health {
-    /// Its name.
+    /// Name of the health.
     pub fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -106,7 +106,7 @@ impl<const A: usize> GyroArray<A> {
     /// An array before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for one out of range, [`Error::Memory`] if there is none for it.
+    /// [`Error::Parameter`] for a parameter out of range, [`Error::Memory`] if there is no memory.
     pub fn new(params: ArrayParams) -> Result<Self, Error> {
         params.check(A)?;
         let n = params.sensors;
@@ -132,12 +132,12 @@ impl<const A: usize> GyroArray<A> {
         })
     }
 
-    /// Its parameters.
+    /// Parameters of the array.
     pub fn params(&self) -> &ArrayParams {
         &self.params
     }
 
-    /// Process a sample of every sensor, axis by axis; write the rate of the body to `rate`.
+    /// Processes a sample of every sensor, axis by axis; writes the rate of the body to `rate`.
     #[inline]
     pub fn update(&mut self, z: &[f64], rate: &mut [f64]) {
         self.samples += 1;
@@ -159,14 +159,14 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// Reset to the state before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         if let Ok(fresh) = Self::new(self.params.clone()) {
             *self = fresh;
         }
     }
 
-    /// Restart after the sensors were off: forget the biases, keep noise and exclusions.
+    /// Restarts after the sensors were off: forgets the biases, keeps noise and exclusions.
     pub fn power_on(&mut self) {
         self.filters.iter_mut().for_each(|filter| {
             filter.power_on();
@@ -178,7 +178,7 @@ impl<const A: usize> GyroArray<A> {
         self.at_rest.fill(false);
     }
 
-    /// One sensor through its filters, into the axes of the body.
+    /// Processes one sensor by its filters, and rotates its rates into the axes of the body.
     #[inline(always)]
     fn take(&mut self, sensor: usize, z: &[f64]) {
         let filters = &mut self.filters[sensor * A..][..A];
@@ -244,7 +244,7 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// The middle of the rates of those that may have a say, and how many those are, axis by axis.
+    /// Median of the voting sensors' rates, and their number, axis by axis.
     #[inline(always)]
     fn median(&mut self) -> ([f64; A], [usize; A]) {
         let mut counts = [0; A];
@@ -268,7 +268,7 @@ impl<const A: usize> GyroArray<A> {
         (core::array::from_fn(middle), counts)
     }
 
-    /// Leaves samples out that are far from the middle.
+    /// Leaves out samples that are far from the median.
     #[inline(always)]
     fn test_sensors(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
         for sensor in 0..self.params.sensors {
@@ -285,7 +285,7 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// Puts down how much each counts that is used.
+    /// Writes the weight of each used sensor.
     #[inline(always)]
     fn weigh(&mut self, speed: f64) {
         let wrong = self.params.scale_error * speed;
@@ -299,15 +299,14 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// The mean by weight of those that are used.
+    /// Weighted mean of the used sensors.
     #[inline(always)]
     fn mean(&mut self, axis: usize, centre: f64) -> f64 {
         let (mut sum, mut size) = (0.0, 0.0);
         for weight in self.weights.iter().skip(axis).step_by(A) {
             (sum, size) = (sum + weight, size + weight.abs());
         }
-        // Weights that all but cancel, once some sensors are out, say nothing of those that are
-        // left.
+        // If the remaining weights almost cancel, they no longer have a meaning.
         if sum <= MIN_WEIGHT_SUM * size {
             sum = self.count_alike(axis);
         }
@@ -324,7 +323,7 @@ impl<const A: usize> GyroArray<A> {
         rate
     }
 
-    /// Gives all that are used the same weight; returns how many there are.
+    /// Gives all used sensors the same weight; returns their number.
     #[cold]
     fn count_alike(&mut self, axis: usize) -> f64 {
         let mut count = 0.0;
@@ -367,12 +366,12 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// So many seconds in ticks.
+    /// Number of ticks in this number of seconds.
     fn ticks(&self, seconds: f64) -> u32 {
         (seconds * self.params.rate / f64::from(self.length)).round().clamp(1.0, 1e6) as u32
     }
 
-    /// Axes of a sensor that one of the body is made of.
+    /// Axes of a sensor that contribute to an axis of the body.
     fn parts(&self, sensor: usize, axis: usize) -> impl Iterator<Item = (usize, f64)> {
         let turn = self.turn(sensor).map(|turn| core::array::from_fn(|k| turn[axis * A + k]));
         let entries: [f64; A] =
@@ -384,13 +383,13 @@ impl<const A: usize> GyroArray<A> {
         self.parts(sensor, axis).all(|(k, _)| self.filters[sensor * A + k].drift().at_rest)
     }
 
-    /// Deviation of a sensor's white noise on an axis of the body; NaN as long as it is not known.
+    /// Standard deviation of a sensor's white noise on an axis of the body; NaN before it is known.
     fn deviation(&self, sensor: usize, axis: usize) -> f64 {
         let variance: f64 = self
             .parts(sensor, axis)
             .map(|(k, x)| x * x * self.filters[sensor * A + k].settled_noise().unwrap_or(f64::NAN))
             .sum();
-        // No rate is known better than to a step of the output.
+        // A rate is never known better than a step of the output.
         let step =
             self.parts(sensor, axis).map(|(k, x)| x * self.filters[sensor * A + k].resolution());
         (variance + step.map(|x| x * x).sum::<f64>()).sqrt()
@@ -422,12 +421,12 @@ impl<const A: usize> GyroArray<A> {
         self.filters.iter().map(|filter| filter.bias())
     }
 
-    /// Standard deviations of these biases, of their means over the next ten seconds.
+    /// Standard deviations of these biases, for their means over the next ten seconds.
     pub fn bias_sigmas(&self) -> impl Iterator<Item = f64> {
         self.filters.iter().map(|filter| filter.bias_sigma())
     }
 
-    /// Weight of each sensor, axis by axis of the body; zero where it was not used.
+    /// Weight of each sensor, axis by axis of the body; zero if it was not used.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -452,7 +451,7 @@ impl<const A: usize> GyroArray<A> {
         &self.at_rest
     }
 
-    /// Samples to date.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
@@ -474,13 +473,13 @@ impl<const A: usize> GyroArray<A> {
         self.noise.covariances(axis)
     }
 
-    /// Samples of a tick.
+    /// Number of samples in a tick.
     pub fn tick_length(&self) -> u32 {
         self.length
     }
 }
 
-/// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
+/// A sample in the axes of the body; a missing axis makes all axes missing to which it contributes.
 #[inline(always)]
 fn rotate<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     core::array::from_fn(|i| {
@@ -493,8 +492,8 @@ fn rotate<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     })
 }
 
-/// Puts a row into those that are sorted axis by axis, by exchanges alone: which of two numbers is
-/// the larger no branch could foretell.
+/// Inserts a row into rows sorted axis by axis, by exchanges only: a branch on the order of two
+/// numbers would be unpredictable.
 #[inline(always)]
 fn insert<const A: usize>(sorted: &mut [f64], mut row: [f64; A]) {
     let last = sorted.len() - A;

@@ -8,30 +8,31 @@ use super::params::Weights;
 use crate::error::Error;
 use crate::memory;
 
-/// Octaves of one and of four seconds.
+/// Octaves of one second and of four seconds.
 const ONE_SECOND_OCTAVE: usize = 2;
 const FOUR_SECOND_OCTAVE: usize = 4;
 
-/// Differences below which a variance tells nothing.
+/// Smallest number of differences for a variance.
 const MIN_DIFFERENCES: u32 = 8;
 
-/// Variances over those of the others, as far as they count.
+/// Limits of the variance ratio between sensors.
 const MIN_VARIANCE_RATIO: f64 = 1e-2;
 const MAX_VARIANCE_RATIO: f64 = 1e4;
 
-/// Allan variances of all sensors, of half a tick, of one and of four seconds, learned from ticks at
-/// rest that are followed by another, and the weights that follow from them.
+/// Allan variances of all sensors at half a tick, one second and four seconds, and the weights that
+/// follow. They are learned from ticks at rest that another tick follows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Noise {
     pub(super) axes: usize,
-    /// Sensor by sensor, in its own axes.
+    /// Sums of each sensor in its own axes.
     pub(super) sums: Vec<Sums>,
-    /// The same in the axes of the body.
+    /// Half-tick means of each sensor in the axes of the body.
     pub(super) ticks: Vec<Halves>,
     pub(super) halves: Vec<Variance>,
-    /// Axis by axis.
+    /// Octaves, axis by axis.
     pub(super) octaves: Vec<Octaves>,
-    /// Variance over that of the others; of white noise alone; of the array's at one second.
+    /// Ratio of the variance to the other sensors' variance; of white noise alone; and of the
+    /// array's variance at one second.
     pub(super) ratios: Vec<f64>,
     pub(super) white: Vec<f64>,
     pub(super) second: Vec<f64>,
@@ -44,12 +45,12 @@ pub(super) struct Sums {
     pub(super) counts: [u32; 2],
 }
 
-/// Means of the halves of ticks at rest; NaN for none.
+/// Means of the halves of ticks at rest; NaN if missing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Halves {
-    /// Of a tick that waits for the next one.
+    /// Means of a tick that waits for the next tick.
     pub(super) waiting: [f64; 2],
-    /// Of one that has been followed by another.
+    /// Means of a tick that another tick has followed.
     pub(super) followed: [f64; 2],
 }
 
@@ -82,7 +83,7 @@ impl Noise {
         })
     }
 
-    /// Adds the samples of all sensors, of those axes that are near the others'.
+    /// Adds the samples of all sensors, for the axes near the other sensors.
     #[inline(always)]
     pub(super) fn add(&mut self, z: &[f64], near: &[bool], first_half: bool) {
         let half = usize::from(!first_half);
@@ -92,11 +93,11 @@ impl Noise {
         }
     }
 
-    /// The cost of a rate in weight, where a part of it is wrong.
+    /// Variance of a rate for its weight, if a share of the rate is wrong.
     #[inline(always)]
     pub(super) fn motion(&self, axis: usize, wrong: f64) -> f64 {
         let ratio = wrong.min(MAX_SAMPLE) * (wrong.min(MAX_SAMPLE) / self.second[axis]);
-        // Unknown, or against no noise at all: equal weights.
+        // Unknown variance, or no noise: equal weights.
         if ratio.is_nan() { 0.0 } else { ratio.min(1e12) }
     }
 
@@ -110,8 +111,8 @@ impl Noise {
         }
     }
 
-    /// Means of the halves of a sensor's tick in its own axes, NaN for half a tick of which less than
-    /// half is there; the next tick begins.
+    /// Means of the halves of a sensor's tick in its own axes, and beginning of the next tick. A
+    /// half is NaN if less than half of its samples are present.
     pub(super) fn take_halves<const A: usize>(
         &mut self,
         sensor: usize,
@@ -129,7 +130,7 @@ impl Noise {
         means
     }
 
-    /// Ends the tick of a sensor on an axis of the body, which was calm or not.
+    /// Ends the tick of a sensor on an axis of the body; `calm` is true at rest.
     pub(super) fn end_position(&mut self, index: usize, means: [f64; 2], calm: bool) {
         let tick = &mut self.ticks[index];
         tick.followed = if calm { tick.waiting } else { NO_MEAN };
@@ -143,7 +144,7 @@ impl Noise {
         }
     }
 
-    /// Ends the tick of an axis, on which the body rests or not.
+    /// Ends the tick of an axis; `at_rest` is true if the body rests on it.
     pub(super) fn end_tick(&mut self, axis: usize, at_rest: bool) {
         if !at_rest {
             return self.octaves[axis].interrupt();
@@ -154,7 +155,7 @@ impl Noise {
         self.weigh(axis);
     }
 
-    /// No tick follows another.
+    /// Notes that the next tick does not follow the last tick.
     pub(super) fn interrupt(&mut self) {
         self.octaves.iter_mut().for_each(Octaves::interrupt);
         self.ticks.fill(Halves { waiting: NO_MEAN, followed: NO_MEAN });
@@ -165,7 +166,7 @@ impl Noise {
         self.octaves[axis].covariances()
     }
 
-    /// Variance of a sensor at one of the three averaging times, and of how many differences it is.
+    /// Variance of a sensor at one of the three averaging times, and its number of differences.
     fn variance(&self, sensor: usize, axis: usize, time: usize) -> (f64, u32) {
         if time > 0 {
             return self.octaves[axis]
@@ -197,7 +198,7 @@ impl Noise {
         }
     }
 
-    /// Mean of the sensors' variances at one averaging time, NaN as long as there is none.
+    /// Mean of the sensors' variances at one averaging time, NaN without any.
     fn mean(&self, axis: usize, time: usize) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for sensor in 0..self.octaves[axis].sensors {

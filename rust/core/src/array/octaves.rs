@@ -1,30 +1,30 @@
-//! Allan covariances of sensors side by side, octave by octave, while means of ticks arrive.
+//! Allan covariances of parallel sensors, octave by octave, while means of ticks arrive.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::memory;
 
-/// Averaging times of 1, 2, 4, …, 4096 ticks: up to 17 minutes.
+/// Number of averaging times: 1, 2, 4, …, 4096 ticks, up to 17 minutes.
 pub(super) const OCTAVES: usize = 13;
 
-/// Differences of successive means of 2^k ticks, each made of ticks that follow one another.
+/// Differences of successive means of 2^k ticks; each mean is made of successive ticks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Octaves {
     pub(super) sensors: usize,
     pub(super) all: Vec<Octave>,
-    /// The mean that is on its way up.
+    /// Mean that is passed to the next octave.
     pub(super) mean: Vec<f64>,
 }
 
-/// One averaging time; NaN where there is no mean.
+/// One averaging time; NaN without a mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Octave {
     pub(super) last: Vec<f64>,
-    /// The first half of a mean of the next octave, if it is under way.
+    /// First half of a mean of the next octave, if it is present.
     pub(super) half: Vec<f64>,
     pub(super) has_half: bool,
-    /// Products of differences, above and on the diagonal, and how many.
+    /// Products of differences, on and above the diagonal, and their numbers.
     pub(super) products: Vec<f64>,
     pub(super) counts: Vec<u32>,
 }
@@ -32,7 +32,7 @@ pub(super) struct Octave {
 /// Allan covariances of all sensors at one averaging time.
 #[derive(Debug, Clone, Copy)]
 pub struct Covariance<'a> {
-    /// Ticks of the averaging time.
+    /// Number of ticks in the averaging time.
     pub ticks: u32,
     sensors: usize,
     octave: &'a Octave,
@@ -53,7 +53,7 @@ impl Octaves {
         Ok(Self { sensors, all, mean: memory::filled(f64::NAN, sensors)? })
     }
 
-    /// Takes the means of the sensors' next tick, NaN for a sensor that has none.
+    /// Processes the means of the sensors' next tick, NaN for a sensor without a mean.
     pub(super) fn take(&mut self, mean: impl Iterator<Item = f64>) {
         self.mean.iter_mut().zip(mean).for_each(|(to, from)| *to = from);
         for octave in &mut self.all {
@@ -78,7 +78,7 @@ impl Octaves {
         }
     }
 
-    /// Allan variance of a sensor at an octave, and of how many differences it is.
+    /// Allan variance of a sensor at an octave, and its number of differences.
     pub(super) fn variance(&self, sensor: usize, octave: usize) -> (f64, u32) {
         let (index, octave) = (sensor * (self.sensors + 1), &self.all[octave]);
         let count = octave.counts[index];
@@ -111,13 +111,13 @@ impl Octave {
 }
 
 impl Covariance<'_> {
-    /// Covariance of two sensors, NaN where there is none.
+    /// Covariance of two sensors, NaN without differences.
     pub fn of(&self, one: usize, other: usize) -> f64 {
         let index = self.index(one, other);
         self.octave.products[index] / f64::from(self.octave.counts[index])
     }
 
-    /// Differences that it is the mean of.
+    /// Number of differences in the covariance.
     pub fn count(&self, one: usize, other: usize) -> u32 {
         self.octave.counts[self.index(one, other)]
     }

@@ -7,19 +7,19 @@ use crate::error::{Error, check_positive, check_rate};
 use crate::memory;
 use crate::rest::RestLimits;
 
-/// Most sensors of an array: covariances grow with their square.
+/// Largest number of sensors in an array: covariances grow with its square.
 const MAX_SENSORS: usize = 256;
 
-/// Distance of a rotation from one that is orthonormal, at most.
+/// Largest distance of a rotation from an orthonormal matrix.
 const MAX_ORTHONORMALITY_ERROR: f64 = 1e-6;
 
-/// Distance of an element of a correction from that of no correction, at most.
+/// Largest distance of a correction's element from the identity.
 const MAX_CORRECTION: f64 = 0.5;
 
 /// Method of fusion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fusion {
-    /// Biases learned at rest, weights, and a vote.
+    /// Biases learned at rest, weights, and exclusion by a vote.
     Voted,
     /// Two stages of Kalman filters that model the rate as a random walk (Liu, He & Zhao).
     Centralised,
@@ -28,13 +28,13 @@ pub enum Fusion {
 /// Weighting of sensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Weights {
-    /// By noise at rest and by scale errors in motion.
+    /// Weights by noise at rest and by scale errors in motion.
     Auto,
-    /// Equal.
+    /// Equal weights.
     Mean,
-    /// By white noise only.
+    /// Weights by white noise only.
     White,
-    /// As stated, by sensor and axis of the body.
+    /// Stated weights, by sensor and axis of the body.
     Given(Vec<f64>),
 }
 
@@ -45,14 +45,14 @@ pub struct ArrayParams {
     pub rate: f64,
     /// Number of gyros.
     pub sensors: usize,
-    /// Their names.
+    /// Names of the sensors.
     pub labels: Vec<String>,
     /// Rotation of each sensor, row by row, from its axes to the body's; None if all are aligned.
     pub rotations: Option<Vec<f64>>,
     /// Correction of each sensor for scale and misalignment, row by row, `rate = correction ·
     /// sample`, applied before the rotation.
     pub corrections: Option<Vec<f64>>,
-    /// Size from which a sample is saturated.
+    /// Saturation level: a sample of this size or more counts as missing.
     pub limit: Option<f64>,
     /// Limits of rest.
     pub limits: RestLimits,
@@ -71,11 +71,11 @@ impl ArrayParams {
         AutoParams { rate: self.rate, behaviour, limits: self.limits, ..AutoParams::default() }
     }
 
-    /// Sensor by sensor, row by row: from its samples to the axes of the body; None where they are
-    /// that.
+    /// Matrices from each sensor's samples to the axes of the body, row by row; `None` if the axes
+    /// are equal.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none.
+    /// [`Error::Memory`] if there is no memory.
     pub(super) fn body_rotations<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
         let (Some(body_rotations), Some(corrections)) = (&self.rotations, &self.corrections) else {
             let only = self.rotations.as_ref().or(self.corrections.as_ref());
@@ -141,7 +141,7 @@ impl ArrayParams {
         }
         let usual = |index: usize| if index.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
         for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
-            // Not so for NaN.
+            // The comparison is false for NaN.
             if !c.iter().enumerate().all(|(index, x)| (x - usual(index)).abs() <= MAX_CORRECTION) {
                 let expected = "within 0.5 of the unit matrix (the number is that of the first sensor whose is not)";
                 return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });

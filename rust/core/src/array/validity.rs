@@ -8,13 +8,14 @@ use super::{GyroArray, MAX_SAMPLE, MIN_WEIGHT_SUM};
 use crate::math::validity::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
-/// Largest mean of samples in the axes of the body: three of them, each times one and a half at most.
+/// Largest mean of samples in the axes of the body: three of them, each times at most one and a
+/// half.
 const MAX_ROTATED_MEAN: f64 = 8.0 * MAX_SAMPLE;
 
-/// Squares of the largest differences.
+/// Square of the largest difference.
 const MAX_SQUARED_DIFFERENCE: f64 = 4.0 * MAX_ROTATED_MEAN * MAX_ROTATED_MEAN;
 
-/// Largest share of a sensor, of others that are negative.
+/// Largest weight of a sensor, if others are negative.
 const MAX_WEIGHT: f64 = 1.0 / MIN_WEIGHT_SUM + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
@@ -101,7 +102,7 @@ impl Sums {
 
 impl Halves {
     fn is_valid(&self) -> bool {
-        // Both halves of a tick, or none.
+        // The two halves of a tick, or neither.
         [self.waiting, self.followed].iter().all(|tick| {
             tick.iter().all(|x| is_sample(*x, MAX_ROTATED_MEAN))
                 && tick[0].is_nan() == tick[1].is_nan()

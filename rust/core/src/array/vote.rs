@@ -8,43 +8,44 @@ use super::MAX_SAMPLE;
 use crate::error::Error;
 use crate::memory;
 
-/// Deviations, and part of the rate, by which a single sample is off.
+/// Distance of an outlier, in standard deviations and as a share of the rate.
 const MAX_SAMPLE_SIGMAS: f64 = 6.0;
 const MAX_SAMPLE_RATE_SHARE: f64 = 0.5;
 
-/// The same for means over a tick: sensors that work differ by a fiftieth of the rate at most.
+/// Distance for means over a tick, in standard deviations and as a share of the rate: working
+/// sensors differ by at most a fiftieth of the rate.
 const MAX_TICK_SIGMAS: f64 = 9.0;
 const MAX_TICK_RATE_SHARE: f64 = 0.1;
 
-/// Factor of the usual difference between sensors in the same tick, where a quantity is the same
-/// for all: motion that they are not quite synchronous in, biases that change with the pose.
+/// Factor on the usual difference between sensors in the same tick. It covers effects on all
+/// sensors: samples that are not synchronous in motion, and biases that change with the pose.
 const MAX_TYPICAL_RATIO: f64 = 5.0;
 
-/// Samples of a tick that tell anything.
+/// Smallest number of samples for a test of a tick.
 const MIN_TICK_SAMPLES: u32 = 4;
 
-/// Axes that a gyro has at most.
+/// Largest number of axes of a gyro.
 const MAX_AXES: usize = 3;
 
 /// Time of agreement after which a sensor is used again, s.
 pub(super) const READMISSION_S: f64 = 10.0;
 
-/// Part of the rate that has shown a fault, above which agreement counts.
+/// Share of the rate at which a fault was seen, above which agreement counts.
 const MIN_RATE_SHARE: f64 = 0.3;
 
-/// Differences from the middle, sample by sample and summed over a tick.
+/// Differences from the median, per sample and summed over a tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Vote {
-    /// Sensor by sensor, axis by axis.
+    /// Sums of each sensor, axis by axis.
     pub(super) sums: Vec<Sums>,
-    /// Deviation of a sample, NaN as long as it is not known.
+    /// Standard deviation of a sample, NaN before it is known.
     pub(super) sigmas: Vec<f64>,
-    /// Axis by axis: sums of squares of the middle; how many have a say; whether one of them knows
+    /// For each axis: sum of the squared medians; number of voters; and a flag that a voter knows
     /// its noise and bias.
     pub(super) squares: Vec<f64>,
     pub(super) voters: Vec<u32>,
     pub(super) known: Vec<bool>,
-    /// Sum of the squared speed, and samples of the tick.
+    /// Sum of the squared speed, and number of samples in the tick.
     pub(super) speeds: f64,
     pub(super) samples: u32,
     pub(super) standings: Vec<Standing>,
@@ -52,16 +53,17 @@ pub(super) struct Vote {
     pub(super) sorted: Vec<f64>,
 }
 
-/// Differences of a sensor from the middle on one axis.
+/// Differences of a sensor from the median on one axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
     pub(super) count: u32,
-    /// Those that are left out; the rest makes up the sums.
+    /// Number of outliers, which are not in the sums.
     pub(super) far: u32,
     pub(super) difference: f64,
-    /// Times the middle: what a wrong scale, sign or axis shows, however the motion alternates.
+    /// Sum of the products with the median: it shows a wrong scale, sign or axis even if the motion
+    /// alternates.
     pub(super) product: f64,
-    /// The largest contribution of one sample to both: one spike is no fault of the sensor.
+    /// Largest contributions of one sample to the two sums: one spike is no fault of the sensor.
     pub(super) largest: [f64; 2],
 }
 
@@ -69,9 +71,9 @@ pub(super) struct Sums {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Standing {
     pub(super) excluded: bool,
-    /// Rate at which it was last seen to be wrong.
+    /// Rate at which the sensor last disagreed.
     pub(super) exposed: f64,
-    /// Ticks since, in which it agreed at a rate that would have shown it.
+    /// Number of ticks since, with agreement at a rate that would have shown the fault.
     pub(super) agreed: u32,
 }
 
@@ -102,13 +104,14 @@ impl Vote {
         self.disputed
     }
 
-    /// True if a sensor votes: one with an unknown bias does not, if another's is known.
+    /// True if a sensor votes. A sensor with an unknown bias does not, if another sensor's bias is
+    /// known.
     #[inline(always)]
     pub(super) fn counts(&self, sensor: usize, index: usize, axis: usize) -> bool {
         !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[index].is_nan())
     }
 
-    /// The angular speed of the body, by the median of all axes.
+    /// Angular speed of the body, from the medians of all axes.
     #[inline(always)]
     pub(super) fn note_speed(&mut self, centre: &[f64]) -> f64 {
         let bounded = |x: &f64| if x.is_nan() { 0.0 } else { x.clamp(-MAX_SAMPLE, MAX_SAMPLE) };
@@ -118,7 +121,7 @@ impl Vote {
         square.sqrt()
     }
 
-    /// Adds the middle, of so many sensors.
+    /// Adds the median, and its number of sensors.
     #[inline(always)]
     pub(super) fn note_centre(&mut self, centre: &[f64], counts: &[usize]) {
         for (axis, (centre, count)) in centre.iter().zip(counts).enumerate() {
@@ -130,7 +133,7 @@ impl Vote {
         }
     }
 
-    /// Sums up how far a rate is from the middle; returns whether it is out of the question.
+    /// Adds the distance of a rate from the median; returns true for an outlier.
     #[inline(always)]
     pub(super) fn is_far(&mut self, index: usize, rate: f64, centre: f64, speed: f64) -> bool {
         if rate.is_nan() {
@@ -142,7 +145,7 @@ impl Vote {
         let sums = &mut self.sums[index];
         sums.count += 1;
         sums.far += u32::from(far);
-        // One that is left out says nothing of the others.
+        // An excluded sample gives no information on the other sensors.
         let near = if far { 0.0 } else { difference };
         let product = near * centre.clamp(-MAX_SAMPLE, MAX_SAMPLE);
         sums.difference += near;
@@ -153,18 +156,19 @@ impl Vote {
         far
     }
 
-    /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
+    /// Sets the standard deviation of a sensor's samples on an axis, NaN if it or the bias is
+    /// unknown.
     pub(super) fn know(&mut self, index: usize, sigma: f64) {
         if self.sigmas[index].is_nan() {
-            // Up to now its rate had the bias in it.
+            // Until now the rate included the bias.
             self.sums[index] = Sums::default();
         }
-        // Not so for NaN.
+        // The comparison is false for NaN.
         self.sigmas[index] = if sigma > MAX_SAMPLE { MAX_SAMPLE } else { sigma };
     }
 
-    /// Takes the noise of the middle into account, once the sensors' own is known: that of a median
-    /// of normal distributions, by their density there.
+    /// Adds the noise of the median, once the sensors' own noise is known. It is the noise of a
+    /// median of normal distributions, from their density there.
     pub(super) fn know_centre(&mut self, axis: usize, axes: usize) {
         let (mut density, mut count) = (0.0, 0);
         for (sensor, standing) in self.standings.iter().enumerate() {
@@ -179,12 +183,12 @@ impl Vote {
         }
         let centre = (FRAC_PI_2 * f64::from(count)).sqrt() / density;
         for sigma in self.sigmas.iter_mut().skip(axis).step_by(axes) {
-            // NaN stays.
+            // NaN stays NaN.
             *sigma = sigma.hypot(centre);
         }
     }
 
-    /// Ends a tick: leaves sensors out and takes them back after so many ticks of agreement.
+    /// Ends a tick: excludes sensors, and readmits them after `back` ticks of agreement.
     pub(super) fn end_tick(&mut self, axes: usize, back: u32) {
         let speed = (self.speeds / f64::from(self.samples.max(1))).sqrt();
         let n = self.standings.len();
@@ -197,7 +201,7 @@ impl Vote {
         };
         let tested = self.standings.iter().filter(|one| !one.excluded).count();
         let accused = (0..n).filter(|i| !self.is_excluded(*i) && wrong(self, *i)).count();
-        // Of two nobody knows which is wrong, nor where half of all are.
+        // With two sensors, or if half of all disagree, it is unknown which sensors are wrong.
         self.disputed = accused > 0 && 2 * accused >= tested;
         for sensor in 0..n {
             let (wrong, present) = (wrong(self, sensor), self.was_tested(sensor, axes));
@@ -229,7 +233,7 @@ impl Vote {
         (self.speeds, self.samples) = (0.0, 0);
     }
 
-    /// True if a sensor was compared on every axis on which there was something to compare with.
+    /// True if a sensor was compared on every axis on which a comparison was possible.
     fn was_tested(&self, sensor: usize, axes: usize) -> bool {
         (0..axes).all(|axis| {
             let index = sensor * axes + axis;
@@ -237,8 +241,8 @@ impl Vote {
         })
     }
 
-    /// The median distance of sensors from the middle in this tick: in the mean, and along the
-    /// motion; zero for two sensors, whose distances are equal.
+    /// Median distance of the sensors from the median rate in this tick: of the mean, and along the
+    /// motion. Zero for two sensors, whose distances are equal.
     fn typical(&mut self, axis: usize, axes: usize, kind: usize) -> f64 {
         let mut count = 0;
         for sensor in 0..self.standings.len() {
@@ -262,7 +266,7 @@ impl Vote {
             return false;
         }
         let n = f64::from(sums.count);
-        // Two are each off their middle by half their difference.
+        // Each of two sensors differs from their median by half their difference.
         let part = if self.voters[axis] == 2 { 0.5 } else { 1.0 };
         let [mean, along] = sums.off(self.squares[axis]);
         let root = n.sqrt();
@@ -279,7 +283,8 @@ impl Vote {
 }
 
 impl Sums {
-    /// Differences from the middle without the largest: in the mean, and along the motion.
+    /// Differences from the median without the largest contribution: of the mean, and along the
+    /// motion.
     fn off(&self, squares: f64) -> [f64; 2] {
         let product = self.product - self.largest[1];
         let along = if squares > 0.0 { product / squares.sqrt() } else { 0.0 };

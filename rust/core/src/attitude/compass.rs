@@ -1,4 +1,4 @@
-//! The filter with a magnetometer that was calibrated before.
+//! The filter with a calibrated magnetometer.
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,24 +10,24 @@ use super::stream::Tagged;
 use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::{Error, require};
 
-/// Largest element of a matrix, and hard iron in any unit.
+/// Largest element of a matrix, and largest hard iron in any unit.
 const MAX_MATRIX: f64 = 10.0;
 const MAX_IRON: f64 = 1e9;
 
 /// Correction of a magnetometer by a calibration: the field is `matrix (sample - iron)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldCorrection {
-    /// In the unit of the samples.
+    /// Hard iron, in the samples' unit.
     pub iron: [f64; 3],
-    /// Its rows.
+    /// Rows of the matrix.
     pub matrix: [[f64; 3]; 3],
 }
 
 impl FieldCorrection {
-    /// The correction, if its numbers are within reason.
+    /// The correction, if its numbers are in range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first number out of range.
     pub fn validate(self) -> Result<Self, Error> {
         for x in self.iron {
             require(x.abs() <= MAX_IRON, "magnetometer", "a hard iron of at most 1e9", x)?;
@@ -46,7 +46,7 @@ impl FieldCorrection {
     }
 }
 
-/// The filter, which sees fields instead of samples of the magnetometer.
+/// The filter; it gets corrected fields instead of samples of the magnetometer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Compass {
     auto: Auto,

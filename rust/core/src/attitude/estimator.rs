@@ -1,67 +1,68 @@
-//! Interface of all methods of estimating an attitude.
+//! Interface of all attitude estimators.
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::events::Events;
 use super::sample::Inertial;
 
-/// A method of estimating the attitude, in rad, s, m/s² and the frame east, north, up.
+/// An attitude estimator, in rad, s, m/s² and the frame east, north, up.
 pub trait Estimator {
-    /// Takes one sample: constant work, no allocation, no panic.
+    /// Processes one sample in constant time, without allocation or panic.
     fn step(&mut self, sample: &Inertial);
 
-    /// So many seconds passed, more than one, in which nothing is known.
+    /// Passes a gap of more than one second, without any sample.
     fn gap(&mut self, seconds: f64);
 
-    /// From the axes of the sensor to those of the earth, of length one to rounding.
+    /// Rotation from the sensor's axes to the earth's axes, of length one to rounding.
     fn orientation(&self) -> Quaternion<f64>;
 
-    /// Estimates next to the orientation.
+    /// Other estimates than the orientation.
     fn knowledge(&self) -> Knowledge {
         Knowledge::default()
     }
 
-    /// Goes on from this orientation, of length one, of which tilt and heading are known so well.
+    /// Continues from this orientation, of length one, with these standard deviations, rad.
     fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64);
 
     /// Reset to the state before the first sample.
     fn reset(&mut self);
 
-    /// The same, but for what the sensor keeps while it is off.
+    /// Resets to the state before the first sample, except values that the sensor keeps while it is
+    /// off.
     fn power_on(&mut self) {
         self.reset();
     }
 
-    /// True if all numbers of a state that was read can be those of a running one.
+    /// True if all numbers of a restored state are possible in a running filter.
     fn is_valid(&self) -> bool;
 
-    /// True if another one has the same parameters.
+    /// True if another estimator has the same parameters.
     fn is_like(&self, other: &Self) -> bool;
 }
 
-/// Estimates next to the orientation, NaN where there are none.
+/// Estimates other than the orientation, NaN for methods without them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knowledge {
-    /// The gyro's output without rotation, rad/s.
+    /// Output of the gyro without rotation, rad/s.
     pub bias: Vector3<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of `bias`, rad/s.
     pub bias_sigma: Vector3<f64>,
-    /// M in `rate = M (gyro - bias)`.
+    /// Matrix M in `rate = M (gyro - bias)`.
     pub gyro_matrix: Matrix3<f64>,
-    /// Standard deviations of its elements.
+    /// Standard deviations of the elements of `gyro_matrix`.
     pub gyro_matrix_sigma: Matrix3<f64>,
-    /// Standard deviation of the angle between true and estimated up, rad.
+    /// Standard deviation of the angle between the true and the estimated vertical, rad.
     pub tilt_sigma: f64,
     /// Standard deviation of the heading, rad.
     pub heading_sigma: f64,
-    /// Mean strength of the specific force in rests, m/s².
+    /// Mean size of the specific force at rest, m/s².
     pub gravity: f64,
     /// True if the sensor rests.
     pub at_rest: bool,
-    /// True if it rests with a bias above the limit or turns on a rate table, which cannot be
-    /// distinguished.
+    /// True if the sensor rests with a bias above the limit or turns on a rate table; the two
+    /// cannot be distinguished.
     pub unclear: bool,
-    /// True if gravity turns in the sensor as if the gyro's rates were in another unit.
+    /// True if gravity turns in the sensor as if the gyro's rates had another unit.
     pub wrong_unit: bool,
     /// True if the magnetic field differs from the known one.
     pub disturbed: bool,

@@ -1,4 +1,4 @@
-//! Events of a filter at a sample: one bit each.
+//! Events of a filter at a sample, one bit each.
 
 /// Bits of [`EVENTS`], in their order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub const EVENTS: [&str; 14] = [
 impl Events {
     /// A rate beyond the gyro's range.
     pub const LEFT_OUT: Self = Self(1 << 0);
-    /// No rate for longer than the last one is valid.
+    /// No rate for longer than the last rate is valid.
     pub const MISSING: Self = Self(1 << 1);
     /// A rate at the gyro's range.
     pub const CLIPPED: Self = Self(1 << 2);
@@ -52,19 +52,19 @@ impl Events {
     /// Rates seem to be in another unit.
     pub const WRONG_UNIT: Self = Self(1 << 13);
 
-    /// Add bits.
+    /// Adds bits.
     #[inline(always)]
     pub fn add(&mut self, other: Self) {
         self.0 |= other.0;
     }
 
-    /// These bits, with `other` added if `so`.
+    /// The bits, with `other` added if `so`.
     #[inline(always)]
     pub fn with(self, other: Self, so: bool) -> Self {
         if so { Self(self.0 | other.0) } else { self }
     }
 
-    /// As a whole number.
+    /// The bits as a whole number.
     pub fn bits(self) -> u16 {
         self.0
     }

@@ -18,13 +18,13 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// The rotation from east, north, up to these axes.
+    /// Rotation from east, north, up to these axes.
     pub fn from_enu(self) -> Quaternion<f64> {
         let half = FRAC_1_SQRT_2;
         match self {
             Self::Enu => Quaternion::new(1.0, 0.0, 0.0, 0.0),
-            // Half a turn about the line between east and north: of the two quaternions that which
-            // makes of a level sensor 1, not -1.
+            // Half a turn about the line between east and north. Of the two quaternions, this one
+            // gives 1 and not -1 for a level sensor.
             Self::Ned => Quaternion::new(0.0, -half, -half, 0.0),
             // A quarter of a turn about up, clockwise.
             Self::Nwu => Quaternion::new(half, 0.0, 0.0, -half),
@@ -33,7 +33,7 @@ impl Frame {
 }
 
 impl Frame {
-    /// Components of an orientation in east, north, up relative to these axes, scalar first.
+    /// Components of an orientation in east, north, up, relative to these axes, scalar first.
     #[inline(always)]
     pub(super) fn components(self, enu: &Quaternion<f64>) -> [f64; 4] {
         let (w, x, y, z, half) = (enu.w, enu.i, enu.j, enu.k, FRAC_1_SQRT_2);
@@ -45,12 +45,12 @@ impl Frame {
     }
 }
 
-/// Roll, pitch and yaw of an orientation: turned by yaw about z, then by pitch about the new y,
-/// then by roll about the new x. At a pitch of a right angle roll is zero.
+/// Roll, pitch and yaw of an orientation: a rotation by yaw about z, then by pitch about the new y,
+/// then by roll about the new x. Roll is zero if pitch is a right angle.
 pub(super) fn euler(q: &Quaternion<f64>) -> [f64; 3] {
     let (w, x, y, z) = (q.w, q.i, q.j, q.k);
     let sine = (2.0 * (w * y - x * z)).clamp(-1.0, 1.0);
-    // Where the cosine of pitch is a rounding, only the sum of both other angles is known.
+    // If the cosine of pitch is only rounding, only the sum of roll and yaw is known.
     if sine.abs() > 1.0 - 1e-12 {
         let yaw = RealField::atan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (x * x + z * z));
         return [0.0, ComplexField::asin(sine), yaw];
@@ -60,18 +60,18 @@ pub(super) fn euler(q: &Quaternion<f64>) -> [f64; 3] {
     [roll, ComplexField::asin(sine), yaw]
 }
 
-/// The direction of the sensor's x axis over ground from north, clockwise, 0 to 2π: of an
-/// orientation in east, north, up.
+/// Direction of the sensor's x axis over ground, clockwise from north, 0 to 2π, for an orientation
+/// in east, north, up.
 pub(super) fn heading(q: &Quaternion<f64>) -> f64 {
     let (w, x, y, z) = (q.w, q.i, q.j, q.k);
     let (east, north) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z));
     let angle = RealField::atan2(east, north);
     let clockwise = if angle < 0.0 { angle + TAU } else { angle };
-    // What lies west of north by a rounding does not round up to a whole turn.
+    // An angle west of north by less than rounding must not become a whole turn.
     if clockwise < TAU { clockwise } else { 0.0 }
 }
 
-/// Up in the axes of the sensor: of an orientation in east, north, up.
+/// Unit vector up in the sensor's axes, for an orientation in east, north, up.
 #[inline(always)]
 pub(super) fn up(q: &Quaternion<f64>) -> Vector3<f64> {
     let (w, x, y, z) = (q.w, q.i, q.j, q.k);
@@ -94,7 +94,7 @@ mod tests {
             .prop_map(|(w, x, y, z)| UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)))
     }
 
-    /// East, north and up as the frame has them.
+    /// East, north and up in the frame's axes.
     fn axes(frame: Frame) -> [Vector3<f64>; 3] {
         let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
         match frame {
@@ -129,7 +129,8 @@ mod tests {
             let q = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw)
                 * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), pitch)
                 * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll);
-            // Near a right angle of pitch roll and yaw lose digits: by one over its cosine.
+            // Near a pitch of a right angle, roll and yaw lose digits: the factor is one over the
+            // cosine of pitch.
             for (got, expected) in euler(&q).into_iter().zip([roll, pitch, yaw]) {
                 prop_assert!((got - expected).sin().abs() < 1e-11, "{got} {expected}");
             }

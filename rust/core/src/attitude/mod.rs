@@ -1,11 +1,11 @@
-//! Attitude: which way a body points, from its gyro, accelerometer and magnetometer.
+//! Attitude: orientation of a body from its gyro, accelerometer and magnetometer.
 //!
-//! [`Attitude`] is the stream: it accepts samples in the units of the sensors, handles missing ones
-//! and times, and answers in the requested earth frame. An [`Estimator`] computes the orientation
-//! from rates, forces and fields: use [`Auto`]; the others are textbook methods. [`Tilt`] estimates
-//! the tilt about one axis.
+//! [`Attitude`] is the stream. It accepts samples in the units of the sensors, handles missing
+//! samples and times, and returns results in the requested earth frame. An [`Estimator`] computes
+//! the orientation from rates, forces and fields. Use [`Auto`]; the other estimators are textbook
+//! methods. [`Tilt`] estimates the tilt about one axis.
 //!
-//! Internal units are rad, s and m/s², the internal frame is east, north, up. Quaternions rotate
+//! Internal units are rad, s and m/s². The internal frame is east, north, up. Quaternions rotate
 //! from sensor axes to earth axes, scalar first.
 
 mod auto;

@@ -1,16 +1,16 @@
-//! Samples of an IMU: as they are given, and as an estimator takes them.
+//! Samples of an IMU: raw, and converted for an estimator.
 
 use nalgebra::Vector3;
 
 use crate::stream::Input;
 
-/// Largest rate, rad/s, and specific force, m/s², that a sensor of a body can have felt.
+/// Largest rate, rad/s, and specific force, m/s², that a sensor on a body can measure.
 pub(super) const MAX_RATE: f64 = 1e3;
 pub(super) const MAX_FORCE: f64 = 1e3;
-/// Largest and least strength of a magnetic field, in whatever unit.
+/// Largest and smallest strength of a magnetic field, in any unit.
 pub(super) const MAX_FIELD: f64 = 1e9;
 pub(super) const MIN_FIELD: f64 = 1e-9;
-/// Less than this is no specific force: a sensor that is not there, or free fall.
+/// Smallest specific force, m/s²; a smaller force means no sensor, or free fall.
 const MIN_FORCE: f64 = 1e-9;
 
 /// A raw sample: three axes of gyro, accelerometer and magnetometer in their units, and the time
@@ -23,8 +23,9 @@ pub struct Sample {
     pub accel: [f64; 3],
     /// Magnetic field, in any unit.
     pub mag: [f64; 3],
-    /// Time since the previous sample, s; NaN for one period of the rate. A negative value (a clock
-    /// set back) counts as an unknown second, or as ten if it is below -1 s.
+    /// Time since the previous sample, s; NaN is one period of the rate. A negative value means a
+    /// clock that was set back. It counts as an unknown second, or as ten unknown seconds below -1
+    /// s.
     pub dt: f64,
 }
 
@@ -43,38 +44,38 @@ impl Input for Sample {
     }
 }
 
-/// A sample as an estimator takes it.
+/// A sample converted for an estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertial {
-    /// Mean angular rate since the sample before, rad/s; the last one known where it is missing.
+    /// Mean angular rate since the previous sample, rad/s; the last known rate if it is missing.
     pub gyro: Vector3<f64>,
-    /// True if the rate is known, or was less than 50 ms ago.
+    /// True if the rate is known, or was known less than 50 ms ago.
     pub known: bool,
-    /// Seconds since the sample before for which nothing is known of the rate.
+    /// Time since the previous sample without a known rate, s.
     pub unknown: f64,
-    /// Seconds since the last rate that is known, zero if this one is; infinite if none ever was.
+    /// Time since the last known rate, s: zero if this rate is known, infinite before the first.
     pub age: f64,
-    /// Specific force, m/s², unless it is missing.
+    /// Specific force, m/s²; `None` if it is missing.
     pub accel: Option<Vector3<f64>>,
-    /// Magnetic field, in any unit, unless it is missing.
+    /// Magnetic field, in any unit; `None` if it is missing.
     pub mag: Option<Vector3<f64>>,
-    /// Seconds since the sample before, not negative.
+    /// Time since the previous sample, s, not negative.
     pub dt: f64,
 }
 
-/// The specific force in m/s², likewise; none is not one.
+/// Specific force in m/s², `None` if it is missing; a force of zero is missing.
 #[inline(always)]
 pub(super) fn force(accel: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
     measure(Vector3::from(accel) * unit, MIN_FORCE, MAX_FORCE)
 }
 
-/// The magnetic field, likewise.
+/// Magnetic field, `None` if it is missing.
 #[inline(always)]
 pub(super) fn field(mag: [f64; 3]) -> Option<Vector3<f64>> {
     measure(Vector3::from(mag), MIN_FIELD, MAX_FIELD)
 }
 
-/// Not so for NaN, nor where a square is no number any more.
+/// The vector if its size is in range; `None` for NaN and if a square overflows.
 #[inline(always)]
 fn measure(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
     let square = v.norm_squared();

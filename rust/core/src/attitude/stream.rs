@@ -16,37 +16,35 @@ use crate::stream::Block;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Output, Shape, Stream, Traced};
 
-/// Seconds for which the last rate stands for missing ones.
+/// Longest time for which the last rate replaces missing rates, s.
 const MAX_HELD_S: f64 = 0.05;
-/// Periods after the last sample that are more than jitter.
+/// Number of periods after the last sample beyond which the difference is not jitter.
 const MAX_PERIODS: f64 = 1.5;
-/// More seconds between two samples are a gap.
+/// Shortest time between two samples that is a gap, s.
 const MIN_GAP_S: f64 = 1.0;
-/// Seconds for which nothing is known where a clock was set back by more: a recorder that began
-/// again.
+/// Gap after a clock was set back by more than [`MIN_GAP_S`], s: the recorder has restarted.
 const RESTART_GAP_S: f64 = 10.0;
-/// No gap is longer, s.
+/// Longest gap, s.
 const MAX_GAP_S: f64 = 1e9;
 /// Share of its range at which a gyro clips.
 const CLIPPING_SHARE: f64 = 0.999;
-/// A gyro whose rate was no higher, rad/s, may have come to rest.
+/// Largest rate, rad/s, after which a gyro may have come to rest.
 const MAX_SLOW_RATE_RAD_S: f64 = 5.0 * core::f64::consts::PI / 180.0;
-/// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and
-/// from how many on zeros are a rate: after a low one, and after any.
+/// Largest counted time with zeros of a gyro, s, and times from which zeros are a rate: after a low
+/// rate, and after any rate. Time with low rates other than zero is subtracted.
 const MAX_ZEROS_S: f64 = 4.0;
 const MIN_ZEROS_S: [f64; 2] = [-2.0, 0.5];
-/// Range of gravity that a sensor at rest may measure, m/s²: beyond, its unit is not the stated
-/// one.
+/// Range of gravity at rest, m/s²; outside, the accelerometer's unit is wrong.
 const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 
-/// Parameters of every estimator.
+/// Parameters of all estimators.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AttitudeParams {
     /// Samples per second.
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
-    /// True if there is a magnetometer; without one a level sensor starts along the frame's axes.
+    /// True if there is a magnetometer. Without it a level sensor starts along the frame's axes.
     pub mag: bool,
     /// Unit of the gyro in rad/s.
     pub gyro_unit: f64,
@@ -57,16 +55,16 @@ pub struct AttitudeParams {
 }
 
 impl AttitudeParams {
-    /// The parameters, if they are within their ranges.
+    /// The parameters, if they are in range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first parameter out of range.
     pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
-        // What comes more rarely than a gap is long would be all gaps.
+        // With a longer period every sample would be a gap.
         require(self.rate >= 1.0 / MIN_GAP_S, "rate", "at least 1 sample a second", self.rate)?;
         for (name, unit) in [("gyro_unit", self.gyro_unit), ("accel_unit", self.accel_unit)] {
-            // Of these any number in SI is one that can be written down.
+            // Units with a finite value in SI.
             let expected = "a unit from 1e-12 to 1e12 of that in SI";
             require((1e-12..=1e12).contains(&unit), name, expected, unit)?;
         }
@@ -84,7 +82,7 @@ impl AttitudeParams {
         limit * limit
     }
 
-    /// The rate in rad/s, unless it is missing, beyond the range or any body's.
+    /// The rate in rad/s, if it is present, within the gyro's range and possible for a body.
     #[cfg(feature = "std")]
     pub(super) fn measured(&self, gyro: [f64; 3]) -> Option<Vector3<f64>> {
         let rate = Vector3::from(gyro) * self.gyro_unit;
@@ -92,7 +90,7 @@ impl AttitudeParams {
         if is_small { Some(rate) } else { self.within(rate) }
     }
 
-    /// A rate whose size is beyond the range may be within it about each axis.
+    /// A rate may be within the range about each axis even if its size is beyond the range.
     #[cold]
     #[inline(never)]
     fn within(&self, rate: Vector3<f64>) -> Option<Vector3<f64>> {
@@ -101,8 +99,8 @@ impl AttitudeParams {
         if fits { Some(rate) } else { None }
     }
 
-    /// The rotation from the estimator's axes to those asked for. Without a magnetometer its first
-    /// axis is no more east than any other: a level sensor starts along the axes of the frame.
+    /// Rotation from the estimator's axes to the requested axes. Without a magnetometer the
+    /// estimator's first axis is arbitrary: a level sensor starts along the axes of the frame.
     fn frame_from_enu(&self) -> Quaternion<f64> {
         match (self.mag, self.frame) {
             (true, frame) => frame.from_enu(),
@@ -111,7 +109,7 @@ impl AttitudeParams {
         }
     }
 
-    /// An orientation of the estimator in these axes, the scalar first.
+    /// Orientation of the estimator in these axes, scalar first.
     #[inline(always)]
     fn components(&self, enu: &Quaternion<f64>) -> [f64; 4] {
         match (self.mag, self.frame) {
@@ -121,7 +119,7 @@ impl AttitudeParams {
         }
     }
 
-    /// The estimate in the frame and in the units of the sensors; NaN where a force is missing.
+    /// The estimate in the frame and in the sensors' units; NaN without a force.
     pub(super) fn shown(
         &self,
         enu: &Quaternion<f64>,
@@ -153,26 +151,27 @@ impl AttitudeParams {
     }
 }
 
-/// An attitude, sample by sample.
+/// Attitude of a body, sample by sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Attitude<E> {
     params: AttitudeParams,
     period: f64,
     estimator: E,
-    /// The last rate known, rad/s, and the seconds since it.
+    /// The last known rate, rad/s, and the time since it, s.
     rate: Vector3<f64>,
     unknown: f64,
-    /// Seconds of zeros of the gyro, less those of low rates.
+    /// Time with zeros of the gyro, s, minus the time with other low rates.
     zeros: f64,
-    /// The last specific force, m/s², NaN if the last sample had none.
+    /// Last specific force, m/s², NaN if the last sample had none.
     force: Vector3<f64>,
     samples: u64,
-    /// Rates that were given and that no such gyro measures.
+    /// Number of rates left out because no such gyro measures them.
     left_out: u64,
-    /// Events at the last sample: no state, the next one forgets them.
+    /// Events at the last sample. They are not part of the state: the next sample clears them.
     #[serde(skip)]
     events: Events,
-    /// Square of the size up to which a rate is within the range about each axis, (rad/s)².
+    /// Square of the largest size for which a rate is surely within the range about each axis,
+    /// (rad/s)².
     limit_squared: f64,
 }
 
@@ -180,7 +179,7 @@ impl<E: Estimator> Attitude<E> {
     /// A stream around an estimator before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn new(params: AttitudeParams, estimator: E) -> Result<Self, Error> {
         let params = params.validate()?;
         let mut this = Self {
@@ -200,7 +199,7 @@ impl<E: Estimator> Attitude<E> {
         Ok(this)
     }
 
-    /// The parameters.
+    /// Parameters of the stream.
     pub fn params(&self) -> &AttitudeParams {
         &self.params
     }
@@ -215,18 +214,18 @@ impl<E: Estimator> Attitude<E> {
         self.samples
     }
 
-    /// Number of rates left out because they exceed the range or any body's rate.
+    /// Number of rates left out because they exceed the gyro's range or any body's rate.
     pub fn rates_left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// From the axes of the sensor to those of the earth, the scalar first.
+    /// Quaternion from the sensor's axes to the earth's axes, scalar first.
     #[inline(always)]
     pub fn quaternion(&self) -> [f64; 4] {
         self.params.components(&self.estimator.orientation())
     }
 
-    /// The reading.
+    /// Reading after the last sample.
     pub fn reading(&self) -> Reading {
         let (snapshot, enu) = (self.snapshot(), self.estimator.orientation());
         let [w, x, y, z] = snapshot.quaternion;
@@ -244,7 +243,7 @@ impl<E: Estimator> Attitude<E> {
     fn status(&self, known: &Knowledge) -> &'static str {
         match known {
             _ if self.samples == 0 => "starting",
-            // It keeps a frame while falling, and after a restart.
+            // The flag is kept in free fall and after a restart.
             Knowledge { wrong_unit: true, .. } => "wrong unit?",
             _ if !known.started => "starting",
             _ if self.is_clipped() => "clipped",
@@ -258,7 +257,7 @@ impl<E: Estimator> Attitude<E> {
         }
     }
 
-    /// Size of the force at rest, m/s², if it cannot be gravity: the accelerometer's unit is then
+    /// Size of the force at rest, m/s², if it cannot be gravity; the accelerometer's unit is then
     /// wrong.
     pub fn wrong_gravity(&self) -> Option<f64> {
         let [least, most] = GRAVITY_RANGE;
@@ -266,7 +265,7 @@ impl<E: Estimator> Attitude<E> {
         (gravity < least || gravity > most).then_some(gravity)
     }
 
-    /// Continue from this orientation in the frame, scalar first, of any length except zero.
+    /// Continues from this orientation in the frame, scalar first, of any length except zero.
     pub fn align(&mut self, orientation: [f64; 4], tilt_sigma: f64, heading_sigma: f64) {
         let [w, x, y, z] = orientation;
         let given = Quaternion::new(w, x, y, z).normalize();
@@ -274,7 +273,7 @@ impl<E: Estimator> Attitude<E> {
         self.estimator.align(enu, tilt_sigma, heading_sigma);
     }
 
-    /// Reset, except what the sensor keeps while it is off.
+    /// Resets, except values that the sensor keeps while it is off.
     pub fn power_on(&mut self) {
         self.estimator.power_on();
         self.forget();
@@ -286,7 +285,7 @@ impl<E: Estimator> Attitude<E> {
         (self.left_out, self.events) = (0, Events::default());
     }
 
-    /// A sample in the units of an estimator.
+    /// Converts a sample to the units of an estimator.
     #[inline(always)]
     fn measure(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
@@ -318,7 +317,7 @@ impl<E: Estimator> Attitude<E> {
         Inertial { gyro, known, unknown, age, accel, mag, dt }
     }
 
-    /// Events at the last sample, with those of the estimator.
+    /// Events at the last sample, including the estimator's events.
     pub(super) fn events(&self, known: Events) -> Events {
         let mut events = self
             .events
@@ -328,12 +327,13 @@ impl<E: Estimator> Attitude<E> {
         events
     }
 
-    /// True if the last rate known is one at which the gyro clips.
+    /// True if the gyro clips at the last known rate.
     fn is_clipped(&self) -> bool {
         self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPING_SHARE * range)
     }
 
-    /// Counts a rate that is none: what is not finite, or a vector of zeros, is a missing one.
+    /// Counts a rate that cannot be used; a rate that is not finite and a vector of zeros are
+    /// missing.
     #[cold]
     #[inline(never)]
     fn leave_out(&mut self, gyro: [f64; 3]) {
@@ -342,11 +342,11 @@ impl<E: Estimator> Attitude<E> {
         self.events = self.events.with(Events::LEFT_OUT, given);
     }
 
-    /// A low rate; none if it is a vector of zeros that stands for a missing sample.
+    /// A low rate; `None` if it is a vector of zeros that means a missing sample.
     ///
-    /// A simulated gyro, or one with a dead band, gives zeros at rest, and one that works gives
-    /// noise: which it is shows by what it gives while it is slow. Nobody who turned a moment
-    /// before stands exactly still.
+    /// A simulated gyro, or a gyro with a dead band, gives zeros at rest, and a real gyro gives
+    /// noise. Slow rates show which gyro it is: a body that has just rotated is never exactly
+    /// still.
     #[inline(never)]
     fn slow(&mut self, rate: Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
         if rate.norm_squared() > 0.0 {
@@ -360,8 +360,8 @@ impl<E: Estimator> Attitude<E> {
         is_rate.then_some(rate)
     }
 
-    /// A rate that is missing stands for a while, one that is known for no more than that before
-    /// it. Returns whether it is still known, and for how many of these seconds nothing is.
+    /// Replaces a missing rate by the last rate for a limited time. Returns whether the rate is
+    /// still known, and for how many of these seconds it is unknown.
     #[cold]
     #[inline(never)]
     fn stretch(&mut self, known: bool, dt: f64) -> (bool, f64) {
@@ -374,7 +374,7 @@ impl<E: Estimator> Attitude<E> {
         (self.unknown <= MAX_HELD_S, unknown)
     }
 
-    /// Seconds in which nothing is known.
+    /// Passes a time without any sample, s.
     #[cold]
     #[inline(never)]
     fn bridge(&mut self, seconds: f64) {
@@ -386,7 +386,7 @@ impl<E: Estimator> Attitude<E> {
     }
 }
 
-/// Reading of a body after a sample, in its frame and units.
+/// Reading after a sample, in the frame and units of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// All estimates after the sample.
@@ -395,9 +395,9 @@ pub struct Reading {
     pub euler: [f64; 3],
     /// Direction of the sensor's x axis over ground, clockwise from north, rad.
     pub heading: f64,
-    /// Up, in the axes of the sensor.
+    /// Unit vector up, in the sensor's axes.
     pub up: [f64; 3],
-    /// Specific force by gravity alone.
+    /// Specific force of gravity alone.
     pub gravity: [f64; 3],
     /// Status of the filter.
     pub status: &'static str,
@@ -406,11 +406,11 @@ pub struct Reading {
 /// All estimates after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot {
-    /// From the axes of the sensor to those of the earth, the scalar first.
+    /// Quaternion from the sensor's axes to the earth's axes, scalar first.
     pub quaternion: [f64; 4],
-    /// Other estimates, with the bias in the gyro's unit.
+    /// Other estimates; the bias is in the gyro's unit.
     pub knowledge: Knowledge,
-    /// Specific force without gravity, in the axes of the sensor and its unit.
+    /// Specific force minus gravity, in the sensor's axes and unit.
     pub linear_acceleration: [f64; 3],
 }
 
@@ -455,7 +455,7 @@ impl<E: Estimator> Stream for Attitude<E> {
         self.events = Events::default();
         let mut dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
         if (dt > MIN_GAP_S) | (sample.dt < 0.0) {
-            // Of the time over which a clock was set back nothing is known either.
+            // While a clock is set back, the time that has passed is unknown.
             let set_back = if sample.dt < -MIN_GAP_S { RESTART_GAP_S } else { MIN_GAP_S };
             self.bridge(if dt > MIN_GAP_S { dt } else { set_back });
             dt = 0.0;
@@ -470,7 +470,7 @@ impl<E: Estimator> Stream for Attitude<E> {
         self.forget();
     }
 
-    /// As for any stream, but always with the instructions of whoever calls it.
+    /// As for any stream, but always with the caller's instruction set.
     #[inline(always)]
     fn run(&mut self, inputs: impl Iterator<Item = Sample>, mut put: impl FnMut([f64; 4])) {
         for input in inputs {
@@ -478,15 +478,15 @@ impl<E: Estimator> Stream for Attitude<E> {
         }
     }
 
-    /// With what the processor has beyond its family's first: the same operations in fewer
-    /// instructions, so equal to the last bit.
+    /// With instructions beyond the processor family's first: the same operations in fewer
+    /// instructions, with bit-identical results.
     #[cfg(feature = "std")]
     fn process_column(&mut self, channel: usize, block: &mut Block<'_>) {
         pulp::Arch::new().dispatch(Column { attitude: self, channel, block });
     }
 }
 
-/// One column of a block, for the processor at hand.
+/// One column of a block, for the present processor.
 #[cfg(feature = "std")]
 struct Column<'a, 'b, E> {
     attitude: &'a mut Attitude<E>,
@@ -514,7 +514,7 @@ impl<E: Estimator> Traced for Attitude<E> {
     }
 }
 
-/// Names the type of an estimator in a checkpoint.
+/// Type name of an estimator in a checkpoint.
 pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
     /// As in [`Checkpoint::TAG`].
     const TAG: &'static str;

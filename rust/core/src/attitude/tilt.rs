@@ -1,4 +1,4 @@
-//! Tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+//! Tilt about one axis, from the rate about it and the accelerometer's angle.
 #![allow(non_snake_case)]
 
 use serde::{Deserialize, Serialize};
@@ -10,18 +10,18 @@ use crate::math::{Real, Symmetric};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
-/// Seconds for which the last rate stands for missing ones.
+/// Longest time for which the last rate replaces missing rates, s.
 const MAX_HELD_S: f64 = 0.05;
 /// Longest time between two samples, s.
 const MAX_SPAN: f64 = 1e9;
-/// Largest rate and angle of a sample, and of what comes of them; largest variance.
+/// Largest rate and angle of a sample and of their results; largest variance.
 const MAX_SAMPLE: f64 = 1e150;
 const MAX_STATE: f64 = 1e170;
 const MAX_VARIANCE: f64 = 1e100;
 /// Largest loss of a difference's variance by rounding, relative to the terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Combination of rate and angle.
+/// Filter that combines rate and angle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TiltMethod {
     /// The complementary filter of first order.
@@ -35,18 +35,18 @@ pub enum TiltMethod {
 pub const TILT_METHODS: [&str; 2] = ["complementary", "kalman"];
 
 impl TiltMethod {
-    /// Its name.
+    /// Name of the method.
     pub fn name(self) -> &'static str {
         TILT_METHODS[self as usize]
     }
 
-    /// The method with this name.
+    /// Method with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         [Self::Complementary, Self::Kalman].into_iter().find(|method| method.name() == name)
     }
 }
 
-/// Constants of both methods; each uses some.
+/// Constants of all methods; each method uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltConstants {
     /// Time constant of the complementary filter, s.
@@ -123,14 +123,14 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
     },
 ];
 
-/// Parameters.
+/// Parameters of a tilt filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltParams {
     /// Samples per second.
     pub rate: f64,
-    /// Combination of rate and angle.
+    /// Filter that combines rate and angle.
     pub method: TiltMethod,
-    /// The constants of both methods.
+    /// Constants of the two methods.
     pub constants: TiltConstants,
 }
 
@@ -142,15 +142,17 @@ impl TiltParams {
     }
 }
 
-/// The tilt about one axis, in the unit of the accelerometer's angle.
+/// Tilt about one axis, in the unit of the accelerometer's angle.
 ///
-/// A sample is the rate about the axis, in that unit a second, the angle that the accelerometer
-/// shows, and the seconds since the sample before: NaN where one is missing, for a time where it is
-/// one period. The first angle begins.
+/// A sample has three numbers. The first is the rate about the axis, in that unit per second; the
+/// second is the accelerometer's angle; the third is the time since the previous sample, s. NaN is
+/// a missing rate or angle, and as time it is one period. The filter begins with the first angle.
 ///
-/// Complementary: θ ← a(θ + ω dt) + (1 - a)θ_acc with a = τ/(τ + dt); a bias b leaves exactly b τ.
-/// Kalman: states angle and bias, F = [1, -dt; 0, 1], Q = diag(q_θ, q_b) dt, H = [1, 0], R a
-/// variance of one sample, so that the same constants are another filter at another rate.
+/// Complementary: θ ← a(θ + ω dt) + (1 - a)θ_acc with a = τ/(τ + dt). A bias b leaves an error of b
+/// τ.
+///
+/// Kalman: states angle and bias, F = [1, -dt; 0, 1], Q = diag(q_θ, q_b) dt, H = [1, 0]. R is the
+/// variance of one sample: the same constants are another filter at another rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tilt {
     params: TiltParams,
@@ -159,7 +161,7 @@ pub struct Tilt {
     angle: f64,
     bias: f64,
     P: Symmetric<f64, 2>,
-    /// The last rate known, and the seconds since it.
+    /// The last known rate, and the time since it, s.
     rate: f64,
     unknown: f64,
     samples: u64,
@@ -168,7 +170,7 @@ pub struct Tilt {
 impl Tilt {
     /// A filter before its first sample.
     ///
-    /// # Errors
+    /// [`Error::Parameter`] if a parameter is out of range.
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: TiltParams) -> Result<Self, Error> {
         let params = params.validate()?;
@@ -185,12 +187,12 @@ impl Tilt {
         })
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &TiltParams {
         &self.params
     }
 
-    /// The tilt; NaN before the first angle of the accelerometer.
+    /// Tilt; NaN before the first angle of the accelerometer.
     pub fn angle(&self) -> f64 {
         if self.begun { self.angle } else { f64::NAN }
     }
@@ -223,7 +225,7 @@ impl Tilt {
         self.params.method == TiltMethod::Kalman
     }
 
-    /// The rate that holds for the time since the sample before, and for how much of it.
+    /// Stores the rate, or keeps the last rate; returns the time for which it is valid, s.
     fn hold(&mut self, gyro: f64, dt: f64) -> f64 {
         if is_within(gyro, MAX_SAMPLE) {
             (self.rate, self.unknown) = (gyro, 0.0);
@@ -262,14 +264,14 @@ impl Tilt {
         let e = angle - self.angle;
         self.angle += k * e;
         self.bias += b * e;
-        // (I - K H) P: what was measured without a difference, so that it keeps its digits.
+        // (I - K H) P, computed without a difference to keep the digits.
         self.P.set(0, 0, left * p);
         self.P.set(0, 1, left * q);
         self.P.set(1, 1, r - b * q + ROUNDING * r);
     }
 
-    /// Variances below their cap, without a change of the correlation, and the covariance below
-    /// what they allow: in a step that is too short for one variance it need not vanish.
+    /// Limits the variances without a change of the correlation, and the covariance to the value
+    /// that the variances allow.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
@@ -326,7 +328,7 @@ impl Checkpoint for Tilt {
     const VERSION: u16 = 1;
 
     fn is_valid(&self) -> bool {
-        // Settling raises a variance by some roundings.
+        // Limiting raises a variance by some rounding errors.
         let most = MAX_VARIANCE * (1.0 + 1e-9);
         self.params.validate().is_ok()
             && self.period == 1.0 / self.params.rate

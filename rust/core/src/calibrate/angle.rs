@@ -5,18 +5,18 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::{axes, clamp};
 use crate::math::rotation::{step, turned};
 
-/// Steps between two looks at whether to go on.
+/// Number of steps between two checks for a stop.
 #[cfg(feature = "std")]
 const STEPS_PER_CHECK: usize = 1 << 14;
 
 /// Integration of a step's rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integration {
-    /// The rate at its end: Kalman's drift collection, 252-254.
+    /// The rate at the step's end: Kalman's drift collection, 252-254.
     BackwardEuler,
-    /// The mean of the rates at both ends.
+    /// Mean of the rates at the start and end.
     Trapezoid,
-    /// The mean, with the coning of a linearly changing rate.
+    /// Mean of the rates, with the coning of a linearly changing rate.
     Coning,
 }
 
@@ -43,10 +43,11 @@ impl Integration {
     }
 }
 
-/// Orientation at each sample of the rates, in rad/s, as quaternions with the scalar first: each
-/// turns vectors of the body at that sample into the body's axes at the first one.
+/// Orientation at each sample of the rates, rad/s, as quaternions with the scalar first. Each
+/// rotates vectors from the body's axes at the sample to its axes at the first sample.
 ///
-/// `steps` are the seconds from each sample to the next. NaN follows on a missing sample.
+/// `steps` are the times from each sample to the next, s. Orientations after a missing sample are
+/// NaN.
 pub fn integrate(
     rates: &[[f64; 3]],
     steps: &[f64],
@@ -73,7 +74,7 @@ mod tests {
     use super::{Integration, integrate};
     use nalgebra::{Quaternion, UnitQuaternion};
 
-    /// A body whose axis runs on a cone of half-angle β, W times a second over 2π: rates and
+    /// A body with its axis on a cone of half-angle β, at W/2π turns per second: rates and
     /// orientation.
     fn coning(beta: f64, w: f64, t: f64) -> ([f64; 3], UnitQuaternion<f64>) {
         let ((sin, cos), half) = ((w * t).sin_cos(), beta / 2.0);
@@ -82,7 +83,7 @@ mod tests {
         (rate, UnitQuaternion::new_normalize(q))
     }
 
-    /// Angle from the truth after a second.
+    /// Angle from the truth after one second.
     fn error(method: Integration, n: usize) -> f64 {
         let (beta, w) = (0.2, 20.0);
         let dt = 1.0 / n as f64;

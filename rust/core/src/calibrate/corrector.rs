@@ -11,15 +11,15 @@ use crate::stream::{Field, Output, Shape, Stream};
 type Vector = [f64; 3];
 type Matrix = [Vector; 3];
 
-/// Largest number of a correction, raw sample and temperature: what is computed of them is finite.
+/// Largest number of a correction, raw sample and temperature: all results are then finite.
 const MAX_NUMBER: f64 = 1e50;
 const MAX_SAMPLE: f64 = 1e150;
 const MAX_TEMPERATURE: f64 = 1e6;
-/// No force is larger.
+/// Largest force.
 const MAX_FORCE: f64 = 1e201;
 
-/// Correction of raw samples: `force = accel_matrix (accel - accel_bias)` and `rate = gyro_matrix
-/// (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
+/// Correction of raw samples: `force = accel_matrix (accel - accel_bias)` and
+/// `rate = gyro_matrix (gyro - bias - g_sensitivity force)`. Matrices are stored as rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Inverse of the gyro's matrix.
@@ -30,14 +30,14 @@ pub struct Correction {
     pub accel_matrix: Matrix,
     /// Bias of the accelerometer.
     pub accel_bias: Vector,
-    /// Contribution of a corrected force to the raw gyro.
+    /// Response of the raw gyro to a corrected force.
     pub g_sensitivity: Matrix,
-    /// The gyro's bias where the temperature is known.
+    /// Bias of the gyro over temperature, `None` if it is unknown.
     pub temperature: Option<TemperatureCurve>,
 }
 
 impl Default for Correction {
-    /// Changes nothing.
+    /// The identity.
     fn default() -> Self {
         let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         Self {
@@ -52,10 +52,10 @@ impl Default for Correction {
 }
 
 impl Correction {
-    /// The correction, if all its numbers are finite and within bounds.
+    /// The correction, if all its numbers are finite and in range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first number out of range.
     pub fn validate(self) -> Result<Self, Error> {
         check("gyro_matrix", self.gyro_matrix.as_flattened())?;
         check("gyro_bias", &self.gyro_bias)?;
@@ -66,7 +66,7 @@ impl Correction {
         Ok(self)
     }
 
-    /// The gyro without bias and what the force adds.
+    /// The gyro minus its bias and its response to the force.
     #[inline(always)]
     fn rate(&self, gyro: Vector, bias: &Vector, force: &Vector) -> Vector {
         let felt = product(&self.g_sensitivity, force);
@@ -74,7 +74,7 @@ impl Correction {
         shown(gyro, product(&self.gyro_matrix, &driven))
     }
 
-    /// The accelerometer, whether or not it is missing.
+    /// The corrected accelerometer; NaN for missing axes.
     #[inline(always)]
     fn force(&self, accel: Vector) -> Vector {
         let driven = [0, 1, 2].map(|i| accel[i].within(MAX_SAMPLE) - self.accel_bias[i]);
@@ -82,14 +82,14 @@ impl Correction {
     }
 }
 
-/// The gyro's bias over temperature T, degC: for each axis the sum of `c_k ((T - reference) /
-/// 10)^k` within the calibrated range. Outside, it follows the tangent for the length of the range
-/// and then stays constant.
+/// Bias of the gyro over temperature T, degC: for each axis the sum of
+/// `c_k ((T - reference) / 10)^k` within the calibrated range. Outside, it continues along the
+/// tangent for the length of the range, then stays constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureCurve {
     /// Temperature of `c_0`, degC.
     pub reference: f64,
-    /// The least and the highest temperature that it was learned at, degC.
+    /// Lowest and highest temperature of the data, degC.
     pub range: [f64; 2],
     /// `c_0` to `c_3` of each axis, raw unit.
     pub coefficients: [[f64; 4]; 3],
@@ -106,7 +106,7 @@ impl TemperatureCurve {
         require(low <= high, "range", "least and highest temperature", low)
     }
 
-    /// The bias of each axis.
+    /// Bias of each axis.
     #[inline(always)]
     pub fn bias(&self, temperature: f64) -> Vector {
         let [low, high] = self.range;
@@ -139,7 +139,7 @@ fn present(sample: Vector) -> bool {
     sample[0].is_finite() & sample[1].is_finite() & sample[2].is_finite()
 }
 
-/// The corrected sample, NaN if an axis of it is missing.
+/// The corrected sample, NaN if an axis is missing.
 #[inline(always)]
 fn shown(sample: Vector, corrected: Vector) -> Vector {
     let present = present(sample);
@@ -149,9 +149,9 @@ fn shown(sample: Vector, corrected: Vector) -> Vector {
 /// Gyro and accelerometer, corrected; NaN where an axis is missing.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Imu {
-    /// The rate.
+    /// Angular rate.
     pub gyro: [f64; 3],
-    /// The specific force.
+    /// Specific force.
     pub accel: [f64; 3],
 }
 
@@ -168,17 +168,17 @@ impl Output for Imu {
     }
 }
 
-/// A corrector of samples of `N` numbers: 3 of the gyro, then 3 of the accelerometer, then the
+/// A corrector for samples of `N` numbers: 3 of the gyro, then 3 of the accelerometer, then the
 /// temperature in degC.
 ///
-/// If an axis is missing, its sensor is NaN. The gyro is corrected with the last known force and
-/// temperature, before these without force and with the bias for unknown temperature.
+/// If an axis is missing, its sensor's output is NaN. The gyro is corrected with the last known
+/// force and temperature. Before the first, no force and the bias without temperature are used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ImuCorrector<const N: usize> {
     correction: Correction,
-    /// The last one known, zero before it.
+    /// Last known force, zero before the first.
     force: Vector,
-    /// The last one known, NaN before it.
+    /// Last known temperature, NaN before the first.
     temperature: f64,
 }
 
@@ -186,13 +186,13 @@ impl<const N: usize> ImuCorrector<N> {
     /// A corrector before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a number of the correction is not finite, or beyond any sensor.
+    /// [`Error::Parameter`] if a number of the correction is not finite or too large.
     pub fn new(correction: Correction) -> Result<Self, Error> {
         let correction = correction.validate()?;
         Ok(Self { correction, force: [0.0; 3], temperature: f64::NAN })
     }
 
-    /// Its correction.
+    /// Correction of the samples.
     pub fn correction(&self) -> &Correction {
         &self.correction
     }
@@ -202,7 +202,7 @@ impl<const N: usize> ImuCorrector<N> {
         self.force
     }
 
-    /// The present bias of the raw gyro.
+    /// Present bias of the raw gyro.
     #[inline(always)]
     pub fn bias(&self) -> [f64; 3] {
         match &self.correction.temperature {
@@ -211,7 +211,7 @@ impl<const N: usize> ImuCorrector<N> {
         }
     }
 
-    /// Takes a force, or keeps the last one if an axis of it misses.
+    /// Stores a force, or keeps the last force if an axis is missing.
     #[inline(always)]
     fn feel(&mut self, accel: Vector) -> Vector {
         let (present, force) = (present(accel), self.correction.force(accel));
@@ -219,7 +219,7 @@ impl<const N: usize> ImuCorrector<N> {
         force.map(|x| choose(present, x, f64::NAN))
     }
 
-    /// Both sensors.
+    /// Corrects the samples of gyro and accelerometer.
     #[inline(always)]
     fn both(&mut self, gyro: Vector, accel: Vector) -> Imu {
         let accel = self.feel(accel);

@@ -1,12 +1,12 @@
-//! Calibration: what is done sample by sample of a record of three axes, and in a loop.
+//! Calibration: the steps that run once per sample of a record, or live.
 //!
-//! The fit of the errors of a sensor is done elsewhere, once a record; it asks here for the turn
-//! between two rests with its sensitivities, [`propagate_turn`]. [`ImuCorrector`] removes what the fit has
-//! found, [`TemperatureFilter`] learns bias and temperature slope while samples arrive. [`integrate`]
-//! makes an orientation of rates.
+//! The fit of a sensor's errors runs once per record and is not part of this crate. It uses
+//! [`propagate_turn`], the rotation between two static intervals with its sensitivities.
+//! [`ImuCorrector`] applies the fit. [`TemperatureFilter`] learns bias and temperature slope while
+//! samples arrive. [`integrate`] computes an orientation from rates.
 //!
-//! The model is `z = W ω + b + G f`: `z` a raw sample of the gyro, ω the rate, f the specific force;
-//! corrected is `ω = M (z - b - G f)`.
+//! The model is `z = W ω + b + G f`: `z` is a raw sample of the gyro, ω the rate, f the specific
+//! force. The correction is `ω = M (z - b - G f)`.
 
 mod angle;
 mod corrector;
@@ -21,10 +21,10 @@ pub use turn::{Turn, propagate_turn};
 
 use nalgebra::Vector3;
 
-/// Largest number of a rate, a step or a matrix: products of all of them are finite.
+/// Largest number of a rate, a step or a matrix: all products are finite.
 const MAX_NUMBER: f64 = 1e30;
 
-/// A number within what is expected of any sensor; NaN where it is missing.
+/// A number in the range of any sensor, else NaN.
 #[inline(always)]
 fn clamp(x: f64) -> f64 {
     x.clamp(-MAX_NUMBER, MAX_NUMBER)

@@ -1,21 +1,21 @@
-//! A turn from one rest to the next: the rotation, and how errors of the gyro change it.
+//! The rotation between two static intervals, and its sensitivities to gyro errors.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::{axes, clamp};
 use crate::math::rotation::{right_jacobian, step, turned};
 
-/// Steps between two looks at whether to go on.
+/// Number of steps between two checks for a stop.
 #[cfg(feature = "std")]
 const STEPS_PER_CHECK: usize = 1 << 14;
 
-/// The rotation of a turn, and what small errors do to it.
+/// The rotation between two static intervals, and the effect of small errors.
 ///
-/// An error turns it by a further `Exp(ψ)`: a vector that stays where it is, `u` in the body's axes
-/// before the turn and `Pᵀ u` after it, moves there by `(Pᵀ u) × ψ`.
+/// An error adds a rotation `Exp(ψ)`. A constant vector is `u` in the body's axes before the
+/// rotation and `Pᵀ u` after it. The error moves it by `(Pᵀ u) × ψ`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// P: from the body's axes after the turn to those before it.
+    /// Matrix P, from the body's axes after the rotation to its axes before it.
     pub rotation: Matrix3<f64>,
     /// Derivatives of ψ: element `(a, b)` of the matrix `c` by element `(b, c)` of the correction.
     pub by_matrix: [Matrix3<f64>; 3],
@@ -25,18 +25,18 @@ pub struct Turn {
     pub angle: f64,
 }
 
-/// Propagate a rotation through rates, `steps` seconds apart, that are corrected by
-/// `matrix (rate - bias)`; `matrix` holds its rows.
+/// Propagates a rotation through rates, `steps` seconds apart, corrected by `matrix (rate - bias)`;
+/// `matrix` is stored as rows.
 ///
-/// The steps are gone through from the last to the first: the rotation after a step, which its
-/// errors are seen through, is then known when the step is, and one pass gives all.
+/// The steps are processed from the last to the first. The rotation after a step, which multiplies
+/// its errors, is then known at the step, and one pass is enough.
 pub fn propagate_turn(
     rates: &[[f64; 3]],
     steps: &[f64],
     bias: &[f64; 3],
     matrix: &[[f64; 3]; 3],
 ) -> Turn {
-    // The inverse of the rotation from here to the end.
+    // Inverse of the rotation from here to the end.
     let mut back = UnitQuaternion::identity();
     let mut turn = Turn {
         rotation: Matrix3::identity(),
@@ -61,7 +61,7 @@ pub fn propagate_turn(
 }
 
 impl Turn {
-    /// Adds a step, given the rotation back through all that follow it.
+    /// Adds a step, with the rotation back through all later steps.
     #[inline(always)]
     fn add(
         &mut self,
@@ -72,7 +72,7 @@ impl Turn {
         dt: f64,
     ) {
         let seen = back.to_rotation_matrix().matrix() * right_jacobian(phi);
-        // What coning makes of errors at either end.
+        // Effect of coning on errors at the two ends.
         let coning = rate.map(|rate| seen * rate.cross_matrix() * (dt * dt / 12.0));
         let mean = (raw[0] + raw[1]) * (0.5 * dt);
         for c in 0..3 {
@@ -95,7 +95,7 @@ mod tests {
         prop::collection::vec(-size..size, N).prop_map(|x| std::array::from_fn(|i| x[i]))
     }
 
-    /// A turn of smooth rates and uneven steps.
+    /// Smooth rates with uneven steps.
     fn record(waves: &[f64; 6]) -> (Vec<[f64; 3]>, Vec<f64>) {
         let rate = |k: usize| {
             let t = k as f64 / STEPS as f64;
@@ -129,14 +129,14 @@ mod tests {
             let turn = propagate(&record, &bias, &matrix);
             let rotation = |bias: Vector3<f64>, matrix: Matrix3<f64>| propagate(&record, &bias, &matrix).rotation;
             let h = 1e-5;
-            // ψ of the turn that is further by it, small, from both sides.
+            // ψ of the small additional rotation, from differences on two sides.
             let psi = |moved: [Matrix3<f64>; 2]| {
                 let further = moved.map(|moved| turn.rotation.transpose() * moved);
                 let sine = further.map(|m| (m - m.transpose()) / 2.0);
                 let difference = (sine[0] - sine[1]) / (2.0 * h);
                 Vector3::new(difference[(2, 1)], difference[(0, 2)], difference[(1, 0)])
             };
-            // Central differences: h² of a curvature of some tens, and 1e-14 over h.
+            // Central differences: h² times a curvature of some tens, and 1e-14 over h.
             let tolerance = 1e-7;
             for (b, c) in (0..9).map(|i| (i / 3, i % 3)) {
                 let mut change = Matrix3::zeros();
@@ -145,7 +145,7 @@ mod tests {
                 prop_assert!((turn.by_matrix[c].column(b) - found).amax() < tolerance, "{b}{c}");
             }
             for i in 0..3 {
-                // The bias is taken away before the correction.
+                // The bias is subtracted before the correction.
                 let change = matrix.try_inverse().expect("near the identity") * Vector3::ith(i, h);
                 let found = psi([rotation(bias - change, matrix), rotation(bias + change, matrix)]);
                 prop_assert!((turn.by_rate.column(i) - found).amax() < tolerance, "{i}");
@@ -159,7 +159,7 @@ mod tests {
         let record = (vec![rate; 201], vec![0.01; 200]);
         let turn = propagate(&record, &Vector3::zeros(), &Matrix3::identity());
         let phi = Vector3::from(rate) * 2.0;
-        // A rounding a step.
+        // One rounding error per step.
         assert!((turn.rotation - Rotation3::new(phi).matrix()).amax() < 1e-13);
         assert!((turn.angle - phi.norm()).abs() < 1e-13);
         let jacobian = crate::math::rotation::right_jacobian(&phi) * 2.0;

@@ -1,4 +1,4 @@
-//! Deviation of gravity from constant in windows, and the bias that minimises it.
+//! Variation of gravity in windows, and the bias that minimises it.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,21 +9,21 @@ use crate::work::{collect, filled};
 
 /// Largest cost of a window.
 const MAX_COST: f64 = 4.0;
-/// Part of gravity by which its size may differ: a sensor is not calibrated.
+/// Largest difference of gravity's size, as a share: a sensor is not calibrated.
 const MAX_GRAVITY_ERROR: f64 = 0.05;
-/// Part of the median force that is gravity at least: of a hypothesis under which all averages to
-/// nothing there is no more.
+/// Smallest gravity as a share of the median force. A hypothesis whose means vanish has no smaller
+/// value.
 const MIN_GRAVITY_SHARE: f64 = 0.6;
-/// Root of the cost that does not count more than another.
+/// Root of the smallest cost that is distinguished.
 const COST_FLOOR: f64 = 0.05;
-/// Deviation of the whole bias, rad/s.
+/// Standard deviation of the whole bias, rad/s.
 pub(super) const BIAS_SIGMA_RAD_S: f64 = 0.1;
 const ROUNDS: usize = 2;
 
-/// The means of a window.
+/// Means of a window.
 pub(super) type Means = [Vector3<f64>; MEANS];
 
-/// Costs, and gravity.
+/// Costs of the windows, and gravity.
 pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
     let sizes = collect(windows.iter().map(|f| mean(f).norm()));
     let g = median(sizes).unwrap_or(0.0);
@@ -34,13 +34,13 @@ pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
         let scatter = f.iter().map(|f| (f - centre).norm_squared()).sum::<f64>() / MEANS as f64;
         let off = ((centre.norm() - g).abs() - MAX_GRAVITY_ERROR * g).max(0.0).powi(2);
         let cost = (scatter + off + lost) / square;
-        // NaN explains nothing.
+        // NaN gets the largest cost.
         if cost < MAX_COST { cost } else { MAX_COST }
     };
     (collect(windows.iter().map(cost)), g)
 }
 
-/// The weight of a window's scatter in a fit.
+/// Weight of a window's scatter in a fit.
 pub(super) fn weight(cost: f64, g: f64) -> f64 {
     1.0 / ((cost + COST_FLOOR * COST_FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
 }
@@ -53,7 +53,7 @@ pub(super) fn average(costs: &[f64]) -> f64 {
     costs.iter().sum::<f64>() / costs.len() as f64
 }
 
-/// The costs with the bias that makes them least, added to the one with which the windows were propagated.
+/// Costs with the best bias, added to the bias with which the windows were propagated.
 pub(super) fn with_bias(
     windows: &[Means],
     integrals: &[[Matrix3<f64>; MEANS]],
@@ -77,7 +77,7 @@ pub(super) fn with_bias(
     (best, bias)
 }
 
-/// The step of Gauss and Newton, of a bias that is now `bias` in all.
+/// Gauss-Newton step of a bias whose total is `bias`.
 fn better(
     windows: &[Means],
     integrals: &[[Matrix3<f64>; MEANS]],
@@ -101,7 +101,7 @@ fn better(
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// The costs of what no gyro has turned.
+/// Costs of forces without any rotation.
 pub(super) fn null(forces: &[Vector3<f64>], starts: &[usize], length: usize) -> Vec<f64> {
     let of =
         |first: &usize| super::propagation::average_unrotated(&forces[*first..*first + length]);

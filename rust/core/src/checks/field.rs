@@ -1,4 +1,4 @@
-//! Costs of the senses of a magnetometer, against the gyro.
+//! Costs of a magnetometer's axis senses, compared with the gyro.
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
@@ -11,17 +11,17 @@ use crate::math::parallel;
 use crate::math::rotation::{exponential, turned};
 use crate::work::{collect, filled, pause};
 
-/// Ticks of a window, in which field and hard iron are constant, and of each mean in it.
+/// Number of ticks in a window, with constant field and hard iron, and in each mean.
 const WINDOW_TICKS: usize = 1200;
 const MEAN_TICKS: usize = 25;
-/// Windows that are enough.
+/// Largest number of windows.
 const MAX_WINDOWS: usize = 60;
-/// Of the hard iron, in fields.
+/// Regularisation of the hard iron, in units of the field.
 const RIDGE: f64 = 1e-3;
-/// Deviation of the gyro's bias, rad/s.
+/// Standard deviation of the gyro's bias, rad/s.
 const BIAS_SIGMA_RAD_S: f64 = 0.05;
 const ROUNDS: usize = 3;
-/// Root of the cost that does not count more than another.
+/// Root of the smallest cost that is distinguished.
 const COST_FLOOR: f64 = 0.05;
 const MAX_COST: f64 = 4.0;
 
@@ -30,16 +30,16 @@ const MAX_COST: f64 = 4.0;
 pub struct FieldCosts {
     /// First tick of each window.
     pub starts: Vec<usize>,
-    /// Ticks of a window.
+    /// Number of ticks in a window.
     pub length: usize,
-    /// By rotation and window. The negative of a sense cannot be distinguished from it.
+    /// Costs by rotation and window. A sense and its negative cannot be distinguished.
     pub costs: Vec<f64>,
-    /// Of the field as the sensor has it, by window.
+    /// Costs of the fields without any rotation, by window.
     pub null: Vec<f64>,
 }
 
-/// Test the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
-/// median field is 1.
+/// Tests the rotations from ticks of a gyro, rad/s and without bias, and of a magnetometer, with a
+/// median field of 1.
 pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
     let record = Record::of(rates, fields);
     let starts = windows(&record.rates, &record.forces, WINDOW_TICKS, MAX_WINDOWS);
@@ -64,10 +64,10 @@ pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
 struct Window {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij m_c.
     tensors: Vec<[Matrix3<f64>; 3]>,
-    /// Means of R, and of its integral from the middle on.
+    /// Means of R, and of its integral from the middle of the window.
     rotations: Vec<Matrix3<f64>>,
     integrals: Vec<Matrix3<f64>>,
-    /// (AᵀA + ridge)⁻¹ of the field and the hard iron.
+    /// (AᵀA + ridge)⁻¹ for the field and the hard iron.
     inverse: SMatrix<f64, 6, 6>,
 }
 
@@ -134,7 +134,7 @@ impl Window {
     }
 }
 
-/// Costs of a sense in all windows, with the bias of the gyro that makes them least.
+/// Costs of a sense in all windows, with the best bias of the gyro.
 fn costs(windows: &[Window], sense: &Sense) -> Vec<f64> {
     let fields = collect(
         windows.iter().map(|window| collect(window.tensors.iter().map(|tensor| sense.of(tensor)))),
@@ -170,7 +170,7 @@ fn costs(windows: &[Window], sense: &Sense) -> Vec<f64> {
     best
 }
 
-/// The fields of a window's blocks with a bias of the gyro, and their derivatives by it.
+/// Fields of a window's blocks with a bias of the gyro, and their derivatives by the bias.
 fn moved(
     window: &Window,
     fields: &[Vector3<f64>],

@@ -1,4 +1,4 @@
-//! Bias, scale, misalignment and delay of a gyro, by which gravity is most constant.
+//! Fit of bias, scale, misalignment and delay of a gyro: gravity becomes most constant.
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
@@ -9,13 +9,13 @@ use super::window::MEANS;
 use crate::math::rotation::{exponential, turned};
 use crate::work::{collect, pause};
 
-/// Bias, nine elements of the matrix by rows, delay.
+/// Number of unknowns: bias, nine elements of the matrix by rows, delay.
 const SIZE: usize = 13;
 const ROUNDS: usize = 4;
-/// Deviations of an element of the matrix from that of 1, and of the delay, s.
+/// Standard deviations of the matrix elements from the identity, and of the delay, s.
 const MATRIX_SIGMA: f64 = 0.1;
 const DELAY_SIGMA_S: f64 = 0.05;
-/// Root of the smallest cost that any model reaches.
+/// Root of the smallest cost of any model.
 const COST_FLOOR: f64 = 0.01;
 
 type Numbers = SVector<f64, SIZE>;
@@ -24,21 +24,22 @@ type Rows = SMatrix<f64, 3, SIZE>;
 /// Best fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Of each window.
+    /// Cost of each window.
     pub costs: Vec<f64>,
-    /// Bias, rad/s; the matrix minus 1 of the rate less its bias, by rows; delay, s.
+    /// Bias, rad/s; matrix of the rate without bias, minus 1, by rows; delay, s.
     pub numbers: [f64; SIZE],
-    /// Deviations of these.
+    /// Standard deviations of `numbers`.
     pub sigmas: [f64; SIZE],
 }
 
 /// Weighting of a window's scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {
-    /// As in the fit of a bias: another gyro's axes must not look like errors of this one.
+    /// Weighting as in the fit of a bias: another gyro's axes must not look like errors of this
+    /// gyro.
     Little,
-    /// As the scatter of three means and axes is: of a gyro that fits, so that deviations are
-    /// right.
+    /// Weighting by the scatter of three means and axes, for a gyro that fits: the standard
+    /// deviations are then correct.
     Full,
 }
 
@@ -51,7 +52,7 @@ impl Trust {
     }
 }
 
-/// Fits the given gyro, `(1 + E) (gyro - bias)` as it is `delay` earlier, in windows of ticks.
+/// Fits the stated gyro, `(1 + E) (gyro - bias)`, `delay` earlier, in windows of ticks.
 pub fn fit(
     rates: &[[f64; 3]],
     forces: &[[f64; 3]],
@@ -153,7 +154,7 @@ fn sensitive(rates: &[Vector3<f64>], forces: &[Vector3<f64>], numbers: &Numbers)
     found
 }
 
-/// By which the frame turns a second, by each of the numbers but the delay.
+/// Derivatives of the frame's rotation per second by each unknown except the delay.
 fn by_numbers(turn: &Matrix3<f64>, matrix: &Matrix3<f64>, raw: &Vector3<f64>) -> Rows {
     let mut step = Rows::zeros();
     step.fixed_columns_mut::<3>(0).copy_from(&(turn * -matrix));

@@ -1,4 +1,4 @@
-//! Costs of the units and senses of a gyro, against the accelerometer.
+//! Costs of a gyro's units and axis senses, compared with the accelerometer.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,16 +9,16 @@ use super::{ROTATIONS, Sense, UNITS};
 use crate::math::parallel;
 use crate::work::{collect, pause, push};
 
-/// Both signs of the rotations.
+/// Number of senses: the rotations with two signs.
 const SENSES: usize = 2 * ROTATIONS;
-/// Ticks of a window: of the first look, and of one that sees slower things.
+/// Numbers of ticks in a window: of the first test, and of a test of slower motion.
 const SHORT_WINDOW_TICKS: usize = 400;
 const LONG_WINDOW_TICKS: usize = 800;
-/// Long windows without which short ones have to do.
+/// Smallest number of long windows; with fewer, short windows are used.
 const MIN_LONG_WINDOWS: usize = 6;
-/// Windows that are enough.
+/// Largest number of windows.
 const MAX_WINDOWS: usize = 150;
-/// Bias that a hypothesis of a unit begins with at most, and one that no gyro has, rad/s.
+/// Largest initial bias of a hypothesis, and largest bias of any gyro, rad/s.
 const MAX_INITIAL_BIAS_RAD_S: f64 = 0.175;
 const MAX_GYRO_BIAS_RAD_S: f64 = 0.35;
 
@@ -27,17 +27,18 @@ const MAX_GYRO_BIAS_RAD_S: f64 = 0.35;
 pub struct GyroCosts {
     /// First tick of each window.
     pub starts: Vec<usize>,
-    /// Ticks of a window.
+    /// Number of ticks in a window.
     pub length: usize,
-    /// By unit, sense and window.
+    /// Costs by unit, sense and window.
     pub costs: Vec<f64>,
-    /// Of the force as the sensor has it, by window.
+    /// Costs of the forces without any rotation, by window.
     pub null: Vec<f64>,
-    /// By unit and sense, rad/s in the axes and the unit of the hypothesis' gyro.
+    /// Biases by unit and sense, rad/s, in the axes and unit of the hypothetical gyro.
     pub biases: Vec<[f64; 3]>,
 }
 
-/// Test all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
+/// Tests all units and senses from ticks of a gyro, in the named unit as rad/s, and of an
+/// accelerometer.
 pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
     let record = Record::of(rates, forces);
     let starts = windows(&record.rates, &record.forces, SHORT_WINDOW_TICKS, MAX_WINDOWS);
@@ -53,7 +54,7 @@ pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
         bias * (MAX_INITIAL_BIAS_RAD_S / bias.norm().max(MAX_INITIAL_BIAS_RAD_S))
     });
     let mut long = record.of_units(&longer, LONG_WINDOW_TICKS, &begun);
-    // What was given begins where it may be best for it, too.
+    // The stated sense also begins with its own best bias.
     let own = short[0][0].bias;
     for bias in [Vector3::zeros(), own] {
         let other = record.of_sense(&longer, LONG_WINDOW_TICKS, &bias);
@@ -87,7 +88,7 @@ impl Record {
         Self { rates: vectors(rates), forces: vectors(forces) }
     }
 
-    /// All senses of each unit, whose windows are propagated with a bias of it.
+    /// All senses of each unit, in windows propagated with the unit's bias.
     fn of_units(
         &self,
         starts: &[usize],
@@ -109,7 +110,7 @@ impl Record {
         units
     }
 
-    /// The given sense alone, in the given unit.
+    /// Only the stated sense, in the stated unit.
     fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> SenseCosts {
         let all = self.propagate(starts, length, UNITS[0], 1.0, bias);
         evaluate_senses(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)

@@ -1,12 +1,13 @@
 //! Check of units, signs and axes by motion: costs of hypotheses on a whole record.
 //!
 //! A hypothesis is a unit u and one of the 48 signed permutations P of the gyro's axes: the rate is
-//! `u P (gyro - b)`. Rotated by it into a frame that does not turn, gravity is constant, and what is
-//! felt in addition averages out in a *triangular* mean, which leaves a second difference of the position
-//! where a plain mean leaves one of the velocity. With `P = s Q`, Q a rotation, the orientation is
-//! `Q R(s ω) Qᵀ`: two integrations a unit test all 48, by the tensor of `R_ij a_c` in each mean.
+//! `u P (gyro - b)`. Gravity is constant after rotation by this rate into a frame that does not
+//! turn. Accelerations average out in a *triangular* mean: it leaves a second difference of the
+//! position, a plain mean leaves a difference of the velocity. With `P = s Q` and a rotation Q, the
+//! orientation is `Q R(s ω) Qᵀ`. Two integrations per unit therefore test all 48 permutations, from
+//! the tensor of `R_ij a_c` in each mean.
 //!
-//! All is in *ticks* of 0.02 s, rad/s, and forces by their median size.
+//! Units are *ticks* of 0.02 s, rad/s, and the median size of the forces.
 
 mod cost;
 mod field;
@@ -23,10 +24,11 @@ pub use ticks::{TICK, ticks};
 
 use nalgebra::{Matrix3, Vector3};
 
-/// rad/s of a gyro's 1, as it is named, if it was in deg/s, or if deg/s was made of rad/s.
+/// Factors from a gyro's named unit to rad/s: correct, if it was in deg/s, and if deg/s was made of
+/// rad/s.
 pub const UNITS: [f64; 3] = [1.0, core::f64::consts::PI / 180.0, 180.0 / core::f64::consts::PI];
 
-/// Signed permutations of determinant 1.
+/// Number of signed permutations with determinant 1.
 const ROTATIONS: usize = 24;
 
 /// A signed permutation: row `c` has its `sign[c]` in column `axis_order[c]`.
@@ -37,11 +39,11 @@ struct Sense {
 }
 
 impl Sense {
-    /// The rotations, the identity first: orders of the columns, then signs, as they are counted.
+    /// All rotations, the identity first, by orders of the columns, then by signs.
     fn rotations() -> [Self; ROTATIONS] {
         const ORDERS: [[usize; 3]; 6] =
             [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-        // Of each order half of the signs make a rotation.
+        // For each order half of the signs are a rotation.
         let at = |k: usize| {
             let axis_order = ORDERS[k / 4];
             let signs =

@@ -6,12 +6,12 @@ use super::ticks::TICK;
 use super::window::MEANS;
 use crate::math::rotation::turned;
 
-/// The triangular means of a window.
+/// Triangular means of a window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WindowMeans {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij a_c.
     pub(super) tensors: [[Matrix3<f64>; 3]; MEANS],
-    /// Mean of the integral of R from the middle of the window on.
+    /// Mean of the integral of R from the middle of the window.
     pub(super) integrals: [Matrix3<f64>; MEANS],
 }
 
@@ -37,7 +37,7 @@ impl Sums {
 
 const ZEROS: nalgebra::ArrayStorage<f64, 3, 3> = nalgebra::ArrayStorage([[0.0; 3]; 3]);
 
-/// Propagate the rotation through the ticks with `factor rate - bias`, in rad/s.
+/// Propagates the rotation through the ticks with `factor rate - bias`, rad/s.
 pub(super) fn propagate(
     rates: &[Vector3<f64>],
     forces: &[Vector3<f64>],
@@ -80,7 +80,7 @@ pub(super) fn propagate(
     WindowMeans { tensors: means.map(|m| m.tensor), integrals: means.map(|m| m.integral - middle) }
 }
 
-/// Return the triangular means of forces that no gyro has rotated.
+/// Returns the triangular means of forces without any rotation.
 pub(super) fn average_unrotated(forces: &[Vector3<f64>]) -> [Vector3<f64>; MEANS] {
     let block = forces.len() / (MEANS + 1);
     let weight =
@@ -113,7 +113,7 @@ mod tests {
         for (tensor, plain) in still.tensors.iter().zip(average_unrotated(&forces)) {
             assert!((0..3).all(|c| (tensor[c][(c, c)] - plain[c]).abs() < 1e-14));
         }
-        // The integral of 1 is the time, from the middle on: means at a quarter, the middle, ...
+        // The integral of 1 is the time from the middle: means at a quarter, the middle, ...
         let times = still.integrals.map(|integral| integral[(0, 0)]);
         assert!((times[0] + 0.2).abs() < 1e-12 && times[1].abs() < 1e-12);
     }

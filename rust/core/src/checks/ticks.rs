@@ -1,21 +1,21 @@
-//! A sensor's samples as means over ticks: what is missing, what is clipped.
+//! Means of a sensor's samples over ticks, without missing and clipped samples.
 
 use crate::work::{collect, filled, pause, room};
 
-/// Seconds of a tick.
+/// Duration of a tick, s.
 pub const TICK: f64 = 0.02;
 
-/// Seconds without a sample, in addition to its period, that are bridged.
+/// Longest time without a sample that is bridged, in addition to the period, s.
 const MAX_BRIDGED_S: f64 = 0.05;
 /// Largest value of a sensor, or of a time.
 const MAX_VALUE: f64 = 1e30;
-/// Samples that tell a median well enough.
+/// Number of samples for a median.
 const MEDIAN_SAMPLES: usize = 20_000;
-/// Samples between two looks at whether to go on.
+/// Number of samples between two checks for a stop.
 const SAMPLES_PER_CHECK: usize = 1 << 14;
 
-/// Means over `count` ticks from `start` on, of samples at increasing times; NaN where the half of a
-/// tick or more is missing. A sample that is not finite or at the end of the range is missing.
+/// Means over `count` ticks from `start` on, of samples at increasing times; NaN if half of a tick
+/// or more is missing. A sample that is not finite or at the end of the range is missing.
 pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec<[f64; 3]> {
     let mut means = Means::of(start, count);
     let period = median(collect(time.windows(2).map(|t| t[1] - t[0]))).unwrap_or(TICK);
@@ -29,7 +29,7 @@ pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec
             pause();
         }
         let step = time[next] - time[k];
-        // The middle between two samples, or a period's half from each.
+        // The middle between two samples, or half a period from each.
         let half = if step - period <= MAX_BRIDGED_S + 1e-9 { step / 2.0 } else { period / 2.0 };
         means.add(left, time[k] + half, &values[k]);
         left = time[next] - half;
@@ -39,7 +39,7 @@ pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec
     means.finish()
 }
 
-/// Sums over ticks, and the seconds that they are of.
+/// Sums over ticks, and their durations, s.
 struct Means {
     start: f64,
     sums: Vec<[f64; 3]>,
@@ -51,12 +51,12 @@ impl Means {
         Self { start, sums: filled([f64::NAN; 3], count), held: filled(0.0, count) }
     }
 
-    /// A value from one time to another.
+    /// Adds a value from one time to another.
     fn add(&mut self, from: f64, to: f64, value: &[f64; 3]) {
         let count = self.held.len() as f64;
         let (from, to) = ((from - self.start) / TICK, (to - self.start) / TICK);
         let (from, to) = (from.clamp(0.0, count), to.clamp(0.0, count));
-        // NaN counts as no tick.
+        // NaN gives no tick.
         for k in from as usize..(to.ceil() as usize).min(self.held.len()) {
             let part = (to.min(k as f64 + 1.0) - from.max(k as f64)).max(0.0);
             if part > 0.0 {
@@ -78,7 +78,7 @@ impl Means {
     }
 }
 
-/// Mask of samples at the end of the range: there for several together, and rarely.
+/// Mask of samples at the end of the range: several successive samples are there, and rarely.
 fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     let mut full = filled(false, values.len());
     for axis in 0..3 {
@@ -104,7 +104,7 @@ fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     full
 }
 
-/// True if so many samples are hit as by the end of a range.
+/// True if as many samples are hit as at the end of a range.
 fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> bool {
     let (mut hits, mut there, mut run, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
     for value in values {
@@ -117,7 +117,7 @@ fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> boo
     hits >= 5 && 10 * hits < there && most >= 3
 }
 
-/// Of every so-manieth value, so that it takes no time.
+/// Median of a part of the values, evenly spaced, to save time.
 pub(super) fn median_of_some(values: impl Iterator<Item = f64>, length: usize) -> Option<f64> {
     let step = length.div_ceil(MEDIAN_SAMPLES).max(1);
     let mut some = room(length.div_ceil(step));
@@ -125,7 +125,7 @@ pub(super) fn median_of_some(values: impl Iterator<Item = f64>, length: usize) -
     median(some)
 }
 
-/// The mean of the two in the middle of an even number.
+/// Median; for an even number the mean of the middle two.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     let n = values.len();
     if n == 0 {

@@ -5,14 +5,15 @@ use nalgebra::Vector3;
 use super::ticks::median_of_some;
 use crate::work::{collect, filled, pause};
 
-/// Triangular means in a window, each over half of it and half of that from the next.
+/// Number of triangular means in a window; each covers half of it and overlaps the next by half.
 pub(super) const MEANS: usize = 3;
 
-/// Parts of a window whose means tell how the force turned.
+/// Number of parts of a window whose means show the rotation of the force.
 const PARTS: usize = 8;
 
-/// First ticks of windows, half of one apart, that miss nothing. Of more than `most` those count in
-/// which `vectors` vary most, and a third of them for that the gyro turned most.
+/// First ticks of windows without missing ticks, half a window apart. If there are more than
+/// `most`, the windows with the largest variation of `vectors` are kept; a third of them is chosen
+/// for the largest rotation by the gyro.
 pub(super) fn windows(
     rates: &[Vector3<f64>],
     vectors: &[Vector3<f64>],
@@ -85,7 +86,7 @@ mod tests {
         rates[100] = Vector3::new(f64::NAN, 0.0, 0.0);
         assert_eq!(windows(&rates, &forces, 80, 20), [0, 120, 160, 200, 240, 280, 320]);
         rates[350] = Vector3::new(9.0, 0.0, 0.0);
-        // Among equal windows the first counts.
+        // Among equal windows the first is kept.
         assert_eq!(windows(&rates, &forces, 80, 3), [0, 160, 280]);
     }
 }

@@ -1,5 +1,5 @@
-//! One level of the filter bank on a whole record whose borders are half-point symmetric:
-//! a_k = Σ_j h_j x_{2k+2-F+j}, d_k likewise with g, and back.
+//! One level of the filter bank on a whole record with half-point symmetric borders: a_k = Σ_j h_j
+//! x_{2k+2-F+j}, d_k in the same way with g, and the inverse.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -7,31 +7,31 @@ use super::wavelet::{Taps, with_taps};
 use super::{Mode, Wavelet};
 use crate::work;
 
-/// Pairs of samples that are worked on side by side: what they need stays in the first-level cache.
+/// Number of sample pairs that are processed together: they stay in the first-level cache.
 const BLOCK: usize = 128;
 
-/// And those of the longest filter that reaches into the next block.
+/// Number of pairs with the longest filter that extends into the next block.
 const REACH: usize = BLOCK + 8;
 
-/// Samples in other units, of another origin.
+/// Samples in another unit, with another origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Units {
     pub scale: f64,
-    /// In these units.
+    /// Origin, in these units.
     pub origin: f64,
 }
 
 impl Units {
-    /// As they are.
+    /// The samples' own unit and origin.
     pub const IDENTITY: Self = Self { scale: 1.0, origin: 0.0 };
 }
 
-/// The number of approximations, and of details, from `n` samples.
+/// Number of approximations, and of details, for `n` samples.
 pub(super) fn length(n: usize, wavelet: Wavelet) -> usize {
     (n + wavelet.taps() - 1) / 2
 }
 
-/// Puts approximation and details of a record of at least F - 1 samples, in other units, into `a`
+/// Writes approximation and details of a record of at least F - 1 samples, in other units, to `a`
 /// and `d`.
 pub(super) fn analyse(x: &[f64], units: Units, wavelet: Wavelet, a: &mut [f64], d: &mut [f64]) {
     with_taps!(wavelet, analyse_with, x, units, a, d);
@@ -51,7 +51,7 @@ fn analyse_with<const F: usize>(
     }
 }
 
-/// Puts the samples that [`analyse`] took together again, of the details as they are shrunk.
+/// Reconstructs the samples of [`analyse`] from the approximation and the thresholded details.
 pub(super) fn synthesise(
     a: &[f64],
     d: &[f64],
@@ -79,7 +79,7 @@ fn synthesise_with<const F: usize>(
     }
 }
 
-/// A block of coefficients, of which the first needs the samples from `first + 2 - F` on.
+/// A block of coefficients; the first coefficient needs the samples from `first + 2 - F` on.
 struct Analysis<'a, const F: usize> {
     taps: &'a Taps<F>,
     x: &'a [f64],
@@ -114,7 +114,7 @@ impl<const F: usize> WithSimd for Analysis<'_, F> {
 }
 
 impl<const F: usize> Analysis<'_, F> {
-    /// Even and odd samples apart, those beyond the borders reflected.
+    /// Even and odd samples separately; samples beyond the borders are reflected.
     #[inline(always)]
     fn take_apart(&self, even: &mut [f64; REACH], odd: &mut [f64; REACH]) {
         let Units { scale, origin } = self.units;
@@ -148,7 +148,7 @@ impl<const F: usize> Analysis<'_, F> {
     }
 }
 
-/// A block of samples, of which the first needs the first coefficient.
+/// A block of samples; the first sample needs the first coefficient.
 struct Synthesis<'a, const F: usize> {
     taps: &'a Taps<F>,
     a: &'a [f64],
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn borders_are_reflected_at_half_points() {
         let [a, d] = apart(&[1.0, 2.0, 4.0], Wavelet::Haar);
-        // Numbers up to eight, rounded a few times.
+        // Numbers up to eight, with some rounding errors.
         let close = |x: f64, y: f64| (x * std::f64::consts::SQRT_2 - y).abs() < 1e-14;
         assert!(close(a[0], 3.0) && close(a[1], 8.0));
         assert!(close(d[0], -1.0) && close(d[1], 0.0));

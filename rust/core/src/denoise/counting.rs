@@ -1,26 +1,26 @@
-//! The deviation of noise by counting what lies within it: no outlier moves it by more than any
-//! other sample.
+//! Standard deviation of noise from the share of values within it: an outlier has no more effect
+//! than any other sample.
 
 use serde::{Deserialize, Serialize};
 
 use super::NORMAL_MEDIAN;
 use crate::math::validity::{is_count, is_size};
 
-/// Part of normal noise within its deviation.
+/// Share of normal noise within its standard deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689;
 
-/// Sizes whose median it starts from.
+/// Number of values whose median is the start.
 const INITIAL_SIZES: usize = 16;
 
-/// Weight of a size in a start, over their number, which converges fastest.
+/// Weight of a value in the start, divided by their number, for the fastest convergence.
 const INITIAL_WEIGHT: f64 = 2.0;
 
-/// A deviation that follows slowly.
+/// A standard deviation that follows slowly.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Counting {
     sigma: f64,
     count: u64,
-    /// The first sizes, in rising order.
+    /// The first values, in rising order.
     first: [f64; INITIAL_SIZES],
 }
 
@@ -29,12 +29,12 @@ impl Counting {
         Self { sigma: 0.0, count: 0, first: [0.0; INITIAL_SIZES] }
     }
 
-    /// The deviation; zero before the start is over.
+    /// Standard deviation; zero before the start is over.
     pub(super) fn sigma(&self) -> f64 {
         self.sigma
     }
 
-    /// Takes one size that is not zero, which weighs `gain` at least.
+    /// Adds a value that is not zero, with a weight of at least `gain`.
     #[inline(always)]
     pub(super) fn take(&mut self, size: f64, gain: f64) {
         self.count += 1;
@@ -60,7 +60,7 @@ impl Counting {
         }
     }
 
-    /// True if at most `samples` samples can have made it.
+    /// True if at most `samples` samples can have led to this state.
     pub(super) fn is_valid(&self, samples: u64) -> bool {
         let held = self.count.min(INITIAL_SIZES as u64) as usize;
         is_count(self.count)
@@ -73,5 +73,5 @@ impl Counting {
     }
 }
 
-/// Beyond any size that comes.
+/// Upper limit of all values.
 pub(super) const MAX_SIZE: f64 = 1e170;

@@ -8,33 +8,34 @@ use super::median::median_size;
 /// Rule for the last level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LevelRule {
-    /// This one.
+    /// This level.
     Fixed(usize),
-    /// The last before the largest detail is more than this part of the sum of all (Wu & Ran 10).
+    /// The last level before the largest detail exceeds this share of the sum of all details (Wu &
+    /// Ran 10).
     PeakToSum(f64),
-    /// The last before that part is more than so many times what white noise of as many details
-    /// shows: the part itself is larger the fewer details there are.
+    /// The last level before that share exceeds this multiple of its value in white noise with as
+    /// many details. The share itself grows as the number of details decreases.
     PeakToSumOverNoise(f64),
-    /// The last whose details look like the noise of the first level.
+    /// The last level with details like the noise of the first level.
     Noise,
 }
 
-/// Fewest details that tell whether they are noise.
+/// Smallest number of details for a comparison with noise.
 const MIN_DETAILS: usize = 64;
 
 /// Relative standard error of a median size of n normal numbers, times √n.
 const MEDIAN_ERROR: f64 = 1.17;
 
-/// Deviations that chance may reach.
+/// Largest chance deviation, in standard deviations.
 const MAX_SIGMAS: f64 = 3.0;
 
-/// Ratio of deviations and excess of the RMS that are allowed whatever the number of details.
+/// Tolerance of the ratio of standard deviations and of the RMS, for any number of details.
 const MAX_RATIO_ERROR: f64 = 0.05;
 const MAX_RMS_EXCESS: f64 = 0.1;
 
 impl LevelRule {
-    /// True if a level after the first belongs to those that are thresholded; `sigma` and `first`
-    /// are deviation and number of details at the first level.
+    /// True if a level after the first is thresholded. `sigma` and `first` are the standard
+    /// deviation and number of details of the first level.
     pub(super) fn goes_on(&self, level: usize, details: &[f64], sigma: f64, first: usize) -> bool {
         match *self {
             Self::Fixed(last) => level <= last,
@@ -52,7 +53,7 @@ fn peak_to_sum(details: &[f64]) -> f64 {
     peak / sum(details, f64::abs)
 }
 
-/// The sum of `f` over all, in four sums side by side: one would wait for each addition.
+/// Sum of `f` over all values, in four parallel sums that hide the time of an addition.
 fn sum(values: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     let (fours, rest) = values.as_chunks::<4>();
     let mut sums = [0.0; 4];
@@ -64,8 +65,8 @@ fn sum(values: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().map(|x| f(*x)).sum::<f64>()
 }
 
-/// Of `n` independent normal numbers, about: Blom's plotting position of the largest size over
-/// their mean size.
+/// Peak-to-sum ratio of `n` independent normal numbers, approximately: Blom's plotting position of
+/// the largest size over the mean size.
 fn peak_to_sum_of_noise(n: usize) -> f64 {
     let n = n as f64;
     let within = (n - 0.375) / (n + 0.25);
@@ -73,7 +74,7 @@ fn peak_to_sum_of_noise(n: usize) -> f64 {
     peak / (n * std::f64::consts::FRAC_2_PI.sqrt())
 }
 
-/// By the median and by the root mean square, which see what fills a level and what is rare in it.
+/// Compares median and root mean square: the first shows a full level, the second rare details.
 fn looks_like(details: &[f64], sigma: f64, first: usize) -> bool {
     let n = details.len() as f64;
     let ratio = median_size(details) / NORMAL_MEDIAN / sigma;
@@ -91,7 +92,7 @@ mod tests {
     fn a_peak_is_a_part_of_the_sum() {
         assert_eq!(peak_to_sum(&[1.0, -5.0, 0.0, 4.0]), 0.5);
         assert!(peak_to_sum(&[0.0; 3]).is_nan());
-        // Two in 10⁴ normal numbers are beyond 3.9 deviations, whose mean size is 0.8.
+        // Two in 10⁴ normal numbers are beyond 3.9 standard deviations; their mean size is 0.8.
         let part = peak_to_sum_of_noise(10_000);
         assert!((part * 1e4 * 0.797_885 - 3.99).abs() < 0.05, "{part}");
     }

@@ -1,8 +1,8 @@
-//! The median size of many numbers.
+//! Median of the sizes of many numbers.
 
 use crate::work;
 
-/// From as many numbers on, a sample of them says between which two the median lies.
+/// Smallest number of values for which a sample of them bounds the median.
 const MIN_LENGTH: usize = 1 << 14;
 
 /// Size of the sample, and distance of the two bounds from its middle: four times the chance error
@@ -10,8 +10,8 @@ const MIN_LENGTH: usize = 1 << 14;
 const SAMPLE_COUNT: usize = 1 << 10;
 const RANK_MARGIN: usize = SAMPLE_COUNT / 16;
 
-/// The median of the sizes of finite numbers, zero of none; of an even count the mean of the two
-/// in the middle.
+/// Median of the sizes of finite numbers, zero without numbers; for an even count the mean of the
+/// middle two.
 pub(super) fn median_size(values: &[f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
@@ -23,11 +23,11 @@ pub(super) fn median_size(values: &[f64]) -> f64 {
     })
 }
 
-/// The median of those near to that of a sample, if it is one of them.
+/// Median of the values near a sample's median, if it is among them.
 fn among_near(values: &[f64]) -> Option<f64> {
     let mut sample = [0.0; SAMPLE_COUNT];
     for (i, slot) in sample.iter_mut().enumerate() {
-        // Scattered, so that no period of the record decides.
+        // Scattered, since the record may be periodic.
         *slot = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
     }
     sample.sort_unstable_by(f64::total_cmp);
@@ -45,7 +45,7 @@ fn among_near(values: &[f64]) -> Option<f64> {
     within.then(|| median(&mut near[..held], below, values.len()))
 }
 
-/// The median of `all` sizes, of which `below` are less than these and all others more.
+/// Median of `all` sizes; `below` of them are smaller than `sizes`, the others larger.
 fn median(sizes: &mut [f64], below: usize, all: usize) -> f64 {
     let (less, upper, _) = sizes.select_nth_unstable_by(all / 2 - below, f64::total_cmp);
     let lower = less.iter().copied().fold(0.0, f64::max);
@@ -56,7 +56,7 @@ fn median(sizes: &mut [f64], below: usize, all: usize) -> f64 {
 mod tests {
     use super::median_size;
 
-    /// In a scattered order, of either sign.
+    /// Numbers in a scattered order, with both signs.
     fn numbers(n: usize, power: i32) -> Vec<f64> {
         let value = |i: usize| ((i * 7919 % n) as f64 / n as f64).powi(power);
         (0..n).map(|i| if i % 3 == 0 { -value(i) } else { value(i) }).collect()

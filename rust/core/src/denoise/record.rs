@@ -9,41 +9,42 @@ use crate::work;
 /// Parameters of a record's denoising.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shrinkage {
-    /// The wavelet.
+    /// Wavelet of the filter bank.
     pub wavelet: Wavelet,
     /// Rule for the last level.
     pub level: LevelRule,
     /// Treatment of details above the threshold.
     pub mode: Mode,
-    /// True if what is below the last octave is thresholded as well.
+    /// True if the approximation below the last octave is thresholded, too.
     pub approximation: bool,
 }
 
 /// Result of denoising a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Denoised {
-    /// The last level that was thresholded.
+    /// Last level that was thresholded.
     pub level: usize,
-    /// The deviation of white noise, from the first level.
+    /// Standard deviation of white noise, from the first level.
     pub sigma: f64,
     /// Threshold of details, σ√(2 ln n).
     pub threshold: f64,
 }
 
-/// Exponent of two beyond which a record is not scaled.
+/// Largest exponent of two for which a record is scaled.
 const MAX_EXPONENT: i64 = 1000;
 
 impl Shrinkage {
-    /// Numbers that a record of `n` samples is worked on in, besides those of the result.
+    /// Number of values in the working memory for a record of `n` samples, without the result.
     pub fn room(&self, n: usize) -> usize {
         room(n, self.wavelet, self.wavelet.deepest(n))
     }
 
-    /// Denoises a record of finite samples, enough for one level and for a level that is fixed, into
-    /// as many places of `signal`, by means of [`room`](Self::room).
+    /// Denoises a record of finite samples into as many places of `signal`; [`room`](Self::room)
+    /// gives the size of the working memory. The record must be long enough for one level, or for
+    /// the fixed level.
     ///
-    /// The work is done on the samples less the first of them, in units of the power of two of the
-    /// largest: neither an offset nor a unit costs precision, and nothing overflows.
+    /// Samples are relative to the first sample, in units of the power of two of the largest.
+    /// Neither an offset nor a unit reduces precision, and nothing overflows.
     pub fn denoise(&self, z: &[f64], signal: &mut [f64], room: &mut [f64]) -> Denoised {
         let scale = power_of_two(z);
         let origin = z[0] / scale;
@@ -68,26 +69,26 @@ impl Shrinkage {
     }
 }
 
-/// That of the approximations of the first level and of all details.
+/// Size for the approximations of the first level and all details.
 fn room(n: usize, wavelet: Wavelet, levels: usize) -> usize {
     let first = length(n, wavelet);
     let lengths = std::iter::successors(Some(first), |k| Some(length(*k, wavelet)));
     first + lengths.take(levels).sum::<usize>()
 }
 
-/// A record taken apart.
+/// A decomposed record.
 struct Parts<'a> {
     /// Number of details of each level.
     lengths: Vec<usize>,
-    /// From the first level to the last.
+    /// Details from the first level to the last.
     details: &'a mut [f64],
-    /// Approximations of even levels, of which that of none is the record, and of odd ones: each is
-    /// made of one on the other side, for fresh memory takes longer than all else.
+    /// Approximations of even levels, with the record as level zero, and of odd levels. Each is
+    /// made from one on the other side: fresh memory would take longer than all other steps.
     sides: [&'a mut [f64]; 2],
 }
 
 impl<'a> Parts<'a> {
-    /// The first level.
+    /// Decomposes to the first level.
     fn new(
         z: &[f64],
         units: Units,
@@ -101,17 +102,17 @@ impl<'a> Parts<'a> {
         Self { lengths: vec![k], details, sides: [record, first] }
     }
 
-    /// The last level.
+    /// Last level.
     fn level(&self) -> usize {
         self.lengths.len()
     }
 
-    /// The number of approximations of a level.
+    /// Number of approximations of a level.
     fn length(&self, level: usize) -> usize {
         if level == 0 { self.sides[0].len() } else { self.lengths[level - 1] }
     }
 
-    /// One level more, if it is to be; returns whether it is.
+    /// Adds a level if `goes_on` allows it; returns true if it does.
     fn deepen(&mut self, wavelet: Wavelet, goes_on: impl Fn(usize, &[f64]) -> bool) -> bool {
         let (level, n) = (self.level(), self.length(self.level()));
         let (begin, k) = (self.lengths.iter().sum::<usize>(), length(n, wavelet));
@@ -133,14 +134,14 @@ impl<'a> Parts<'a> {
     }
 
     fn shrink_rest(&mut self, mode: Mode, threshold: f64, origin: f64) {
-        // Each level makes a constant √2 times as large.
+        // Each level multiplies a constant by √2.
         let offset = origin * 2f64.powf(0.5 * self.level() as f64);
         for a in self.rest() {
             *a = mode.shrink(*a + offset, threshold) - offset;
         }
     }
 
-    /// Puts the record together in its place, in other units.
+    /// Reconstructs the record in place, in its own units.
     fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units) {
         while let Some(k) = self.lengths.pop() {
             let (level, n) = (self.level(), self.length(self.level()));
@@ -154,7 +155,8 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// The approximation below so many levels, then the details from the last level to the first.
+/// The approximation below this number of levels, then the details from the last level to the
+/// first.
 pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     let mut record = work::filled(0.0, z.len());
     let mut room = work::filled(0.0, room(z.len(), wavelet, levels));
@@ -175,7 +177,7 @@ pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     found
 }
 
-/// A power of two near the largest size of finite numbers.
+/// A power of two near the largest size of the numbers, all finite.
 fn power_of_two(z: &[f64]) -> f64 {
     let (eights, rest) = z.as_chunks::<8>();
     let mut largest = [0.0_f64; 8];

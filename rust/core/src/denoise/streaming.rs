@@ -1,4 +1,4 @@
-//! Denoising of a stream by the same filter bank, as far as it can be known by now.
+//! Denoising of a stream by the same filter bank, with the shortest delay.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,69 +12,71 @@ use crate::memory;
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
-/// Weight of the noise per second of details, and the largest weight of one detail.
+/// Weight of the noise per second of details, and largest weight of one detail.
 const WEIGHT_PER_SECOND: f64 = 0.2;
 const MAX_WEIGHT: f64 = 0.5;
 
-/// A detail that is a smaller part of its last sample is one of equal samples, but for rounding.
+/// Smallest ratio of a detail to its last sample; below, the samples are equal except for rounding.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// Largest distance from the first sample: no level of the bank can make it infinite.
+/// Largest distance from the first sample; no level of the bank can make it infinite.
 const MAX_DISTANCE: f64 = 1e150;
 
-/// Parameters.
+/// Parameters of a denoiser.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WaveletParams {
-    /// Samples per second: how fast the noise is followed.
+    /// Samples per second; they set the time constant of the noise.
     pub rate: f64,
-    /// The wavelet.
+    /// Wavelet of the filter bank.
     pub wavelet: Wavelet,
-    /// Octaves that are denoised, from 1 to [`MAX_LEVEL`](WaveletDenoiser::MAX_LEVEL).
+    /// Number of denoised octaves, from 1 to [`MAX_LEVEL`](WaveletDenoiser::MAX_LEVEL).
     pub level: usize,
     /// Treatment of details above the threshold.
     pub mode: Mode,
-    /// Details below so many deviations of the noise are taken away; zero takes none.
+    /// Details below this number of standard deviations of the noise are removed; zero removes
+    /// none.
     pub threshold: f64,
 }
 
 /// A decimated filter bank that returns each sample denoised after
 /// `(2^L - 1)(F - 1) + 1` samples, for L levels and F taps.
 ///
-/// The deviation of the noise is that of the details of the first level, by counting; details are
-/// held to it when they are used, which is when the levels below them are ready. The signal before
-/// the first sample is taken to be as the first sample.
+/// The standard deviation of the noise comes from the details of the first level, by counting.
+/// Details are compared with it when they are used, after the levels below them are ready. Before
+/// the first sample the signal is assumed to equal it.
 ///
-/// A sample that is not finite is missing: it is as the last one before, and teaches no noise, nor
-/// do details that it is in. Nothing is returned before the first sample.
+/// A missing sample, which is not finite, is replaced by the last sample. Details that contain it
+/// do not change the noise. The output is NaN before the first sample.
 ///
-/// A sample costs work at one level and half of the next ones, at every 2^L-th at all of them.
+/// A sample needs work at one level and half of the next levels; every 2^L-th sample needs work at
+/// all levels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaveletDenoiser {
     params: WaveletParams,
     samples_seen: u64,
-    /// Samples without a missing one up to the last.
+    /// Number of samples since the last missing one.
     unbroken: u64,
     missing: u64,
-    /// The first sample, NaN before it.
+    /// First sample, NaN before it.
     origin: f64,
-    /// Distance of the last sample from the first, and of what is returned next.
+    /// Distances from the first sample: of the last sample, and of the next output.
     last: f64,
     next: f64,
     noise: Counting,
-    /// Of each level: its last samples, approximations and details, the second of a pair of
+    /// For each level: its last samples, approximations and details, the second of a pair of
     /// outputs, and details that wait for the levels below.
     state: Vec<f64>,
 }
 
 impl WaveletDenoiser {
-    /// The most levels.
+    /// Largest number of levels.
     pub const MAX_LEVEL: usize = 10;
 
-    /// A bank that has seen nothing.
+    /// A denoiser before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the rate, the level or the threshold is out of range,
-    /// [`Error::Memory`] if there is none for the details.
+    /// [`Error::Memory`] if there is no memory for the details.
     pub fn new(params: WaveletParams) -> Result<Self, Error> {
         check_rate(params.rate)?;
         check_not_negative("threshold", "zero or a positive number", params.threshold)?;
@@ -103,18 +105,18 @@ impl WaveletDenoiser {
         }
     }
 
-    /// The parameters.
+    /// Parameters of the denoiser.
     pub fn params(&self) -> &WaveletParams {
         &self.params
     }
 
-    /// By how many samples what is returned is late. One fewer would do; so what is returned for a
-    /// sample is ready before it comes.
+    /// Delay of the output in samples. One sample less is possible; with this delay an output is
+    /// ready before its sample comes.
     pub fn delay(&self) -> u64 {
         waiting(self.params.level, self.params.wavelet.taps()) as u64 + 1
     }
 
-    /// The deviation of the noise, zero before it is known.
+    /// Standard deviation of the noise, zero before it is known.
     pub fn sigma(&self) -> f64 {
         self.noise.sigma().min(f64::MAX_RAW)
     }
@@ -124,19 +126,20 @@ impl WaveletDenoiser {
         self.samples_seen
     }
 
-    /// Those of them that were missing.
+    /// Number of missing samples to date.
     pub fn missing(&self) -> u64 {
         self.missing
     }
 
-    /// True if only missing samples were seen.
+    /// True if all samples to date were missing.
     fn has_not_begun(&self, fresh: &Self) -> bool {
         (self.missing, self.last, self.next) == (self.samples_seen, 0.0, 0.0)
             && self.noise == fresh.noise
             && self.state == fresh.state
     }
 
-    /// Distance from the first sample of the sample given, or, if it is missing, of the last one.
+    /// Distance of the sample from the first sample; if it is missing, the distance of the last
+    /// sample.
     #[inline(always)]
     fn distance(&mut self, z: f64) -> f64 {
         if !z.is_finite() {
@@ -152,17 +155,17 @@ impl WaveletDenoiser {
         self.last
     }
 
-    /// Takes the next distance; returns the one that is due after it.
+    /// Processes the next distance; returns the output distance that is due after it.
     #[inline(always)]
     fn step<const F: usize>(taps: &Taps<F>, this: &mut Self, y: f64) -> f64 {
         let (levels, k) = (this.params.level, this.samples_seen);
-        // Two samples of a level make one of the next.
+        // Two samples of a level make one sample of the next level.
         let whole = (k.trailing_ones() as usize).min(levels);
         let mut bank = Levels { taps, levels, state: &mut this.state };
         let (mut x, mut details) = (y, [0.0; Self::MAX_LEVEL]);
         for level in 0..whole {
             let [a, d] = bank.analyse(level, k >> level, x);
-            // Equal samples say nothing of the noise.
+            // Equal samples give no information on the noise.
             if level == 0 && this.unbroken >= F as u64 && d.abs() > ROUNDING * y.abs() {
                 let gain = (2.0 * WEIGHT_PER_SECOND / this.params.rate).min(MAX_WEIGHT);
                 this.noise.take(d.abs(), gain);
@@ -182,21 +185,21 @@ impl WaveletDenoiser {
     }
 }
 
-/// Samples of its own that the details of a level wait, for so many levels below it.
+/// Delay of a level's details, in its own samples, for this number of levels below it.
 fn waiting(below: usize, taps: usize) -> usize {
     ((1 << below) - 1) * (taps - 1)
 }
 
-/// The offset of a level in the state, for as many taps and levels.
+/// Offset of a level in the state, for this number of taps and levels.
 #[inline(always)]
 fn begins(level: usize, taps: usize, levels: usize) -> usize {
     let details = (taps - 1) * ((1 << levels) - (1 << (levels - level)));
     level * (3 * taps + 2) + details
 }
 
-/// The levels at work. Of a level, two copies of its last F samples, F / 2 approximations and F / 2
-/// details stand behind each other, so that from any place on they are without a gap; then the
-/// second sample of a pair, then what waits.
+/// The levels during a step. A level has two copies of its last F samples, F / 2 approximations and
+/// F / 2 details, one behind the other: from any position on they are contiguous. Then come the
+/// second sample of a pair, and the waiting details.
 struct Levels<'a, const F: usize> {
     taps: &'a Taps<F>,
     levels: usize,
@@ -204,7 +207,7 @@ struct Levels<'a, const F: usize> {
 }
 
 impl<const F: usize> Levels<'_, F> {
-    /// One of the two copies that are written, and where all of the last ones begin.
+    /// Index of the copy that is written, and start of the last values.
     #[inline(always)]
     fn write(&mut self, begin: usize, length: usize, k: u64, x: f64) -> usize {
         let index = begin + k as usize % length;
@@ -231,7 +234,7 @@ impl<const F: usize> Levels<'_, F> {
         sums
     }
 
-    /// The first sample of a pair: keeps it and returns what the last pair has left.
+    /// The first sample of a pair: stores it and returns the remainder of the last pair.
     #[inline(always)]
     fn first_of_pair(&mut self, level: usize, k: u64, x: f64) -> f64 {
         let begin = self.begin(level);
@@ -239,7 +242,7 @@ impl<const F: usize> Levels<'_, F> {
         self.state[begin + 4 * F]
     }
 
-    /// The detail that has waited long enough, for the one that begins to.
+    /// Returns the detail that has waited long enough, and stores the next detail.
     #[inline(always)]
     fn exchange(&mut self, level: usize, j: u64, d: f64) -> f64 {
         match waiting(self.levels - level - 1, F) as u64 {
@@ -251,7 +254,7 @@ impl<const F: usize> Levels<'_, F> {
         }
     }
 
-    /// The first of two samples made of an approximation and a detail; keeps the second.
+    /// Returns the first of two samples made from an approximation and a detail; stores the second.
     #[inline(always)]
     fn synthesise(&mut self, level: usize, j: u64, a: f64, d: f64) -> f64 {
         let begin = self.begin(level);

@@ -1,4 +1,4 @@
-//! The wavelets: their taps, how far they reach, and what is taken off a detail.
+//! The wavelets: taps, ranges, and thresholding of details.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,36 +7,36 @@ use serde::{Deserialize, Serialize};
 pub enum Wavelet {
     /// Two taps: differences of means.
     Haar,
-    /// Four taps, blind to a ramp.
+    /// Four taps; details of a ramp are zero.
     Db2,
-    /// Eight taps, blind to a cubic.
+    /// Eight taps; details of a cubic are zero.
     Db4,
-    /// Sixteen taps, blind to polynomials up to the seventh degree.
+    /// Sixteen taps; details of polynomials up to the seventh degree are zero.
     Db8,
 }
 
 impl Wavelet {
-    /// All with their names.
+    /// All wavelets with their names.
     pub const NAMES: [(Self, &'static str); 4] =
         [(Self::Haar, "haar"), (Self::Db2, "db2"), (Self::Db4, "db4"), (Self::Db8, "db8")];
 
-    /// That of a name.
+    /// Wavelet with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(wavelet, _)| *wavelet)
     }
 
-    /// Its name.
+    /// Name of the wavelet.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].1
     }
 
-    /// Length F of its filters.
+    /// Length F of the filters.
     pub fn taps(self) -> usize {
         [2, 4, 8, 16][self as usize]
     }
 
-    /// The most levels of a record of `n` samples: at the deepest the filters are as long as what
-    /// they work on.
+    /// Largest number of levels of a record of `n` samples: at the last level the filters are as
+    /// long as their input.
     pub fn deepest(self, n: usize) -> usize {
         (n / (self.taps() - 1)).checked_ilog2().unwrap_or(0) as usize
     }
@@ -93,7 +93,7 @@ pub(super) static DB8: Taps<16> = Taps::new([
     -0.00011747678412476953,
 ]);
 
-/// `$f(&taps, $argument…)` with the taps of a wavelet.
+/// Calls `$f(&taps, $argument…)` with the taps of a wavelet.
 macro_rules! with_taps {
     ($wavelet:expr, $f:path $(, $argument:expr)*) => {
         match $wavelet {
@@ -106,17 +106,17 @@ macro_rules! with_taps {
 }
 pub(super) use with_taps;
 
-/// Treatment of details above the threshold, those below being zero.
+/// Treatment of details above the threshold; details below it become zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// All others come nearer to zero by the threshold.
+    /// Details shrink by the threshold.
     Soft,
-    /// All others stay.
+    /// Details stay.
     Hard,
 }
 
 impl Mode {
-    /// That of a name.
+    /// Mode with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         match name {
             "soft" => Some(Self::Soft),
@@ -125,7 +125,7 @@ impl Mode {
         }
     }
 
-    /// Its name.
+    /// Name of the mode.
     pub fn name(self) -> &'static str {
         match self {
             Self::Soft => "soft",
@@ -133,7 +133,7 @@ impl Mode {
         }
     }
 
-    /// The shrunk detail.
+    /// The detail after thresholding.
     #[inline(always)]
     pub(super) fn shrink(self, d: f64, threshold: f64) -> f64 {
         let size = d.abs();
@@ -164,7 +164,7 @@ mod tests {
             assert!(product(&h[shift..], g).abs() < 1e-15);
             assert!(product(&g[shift..], h).abs() < 1e-15);
         }
-        // The high-pass filter is blind to polynomials below half as many degrees as it has taps.
+        // The high-pass filter is zero for polynomials of degrees below half of its number of taps.
         let scale = (F - 1) as f64;
         for power in 0..F as i32 / 2 {
             let moment: f64 = (0..F).map(|j| (j as f64 / scale).powi(power) * g[j]).sum();
@@ -186,7 +186,7 @@ mod tests {
             assert_eq!((Wavelet::of_name(name), wavelet.name()), (Some(wavelet), name));
         }
         assert_eq!(Wavelet::of_name("sym4"), None);
-        // As PyWavelets has it.
+        // As in PyWavelets.
         assert_eq!([13, 14, 27, 28, 1000].map(|n| Wavelet::Db4.deepest(n)), [0, 1, 1, 2, 7]);
         assert_eq!([0, 1, 2, 3, 4].map(|n| Wavelet::Haar.deepest(n)), [0, 0, 1, 1, 2]);
     }

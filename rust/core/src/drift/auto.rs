@@ -1,9 +1,9 @@
-//! The drift filter that tunes itself, sample by sample: start, rest, motion.
+//! The drift filter that tunes itself: start, rest and motion, sample by sample.
 //!
-//! Samples form ticks of a quarter second, in which a [`RestDetector`] detects motion. Ticks at
-//! rest form blocks of two seconds, whose means a bank of Kalman filters models as random walks.
-//! The filter learns the sensor's white noise from the fading Allan variance of the ticks, and the
-//! strength of its drift from the likelihood of each walk.
+//! A quarter second of samples is a tick, and a [`RestDetector`] detects motion in it. Two seconds
+//! of ticks at rest are a block. A bank of Kalman filters models the means of blocks as random
+//! walks. The filter learns the sensor's white noise from the fading Allan variance of the ticks.
+//! It learns the strength of the drift from the likelihood of each walk.
 #![allow(non_snake_case)]
 
 #[cfg(feature = "std")]
@@ -29,7 +29,7 @@ pub struct AutoParams {
     pub rate: f64,
     /// Time of rest after which the noise counts as known, s.
     pub startup: f64,
-    /// Standard deviation of the noise in the unit of the samples, if known.
+    /// Standard deviation of the noise in the samples' unit, if known.
     pub scale: Option<f64>,
     /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
@@ -46,17 +46,17 @@ pub struct AutoFilter<T> {
     startup: Startup<T>,
     model: Option<SensorModel<T>>,
     status: Status,
-    /// True if the learned state is from before the sensor was last switched on.
+    /// True if the learned state is older than the last power-on of the sensor.
     experienced: bool,
     estimate: T,
     /// Standard deviation of the mean drift over the next ten seconds, once the noise is known.
     sigma: T,
-    /// Standard deviation of the estimate as the Kalman filters have it.
+    /// Standard deviation of the estimate from the Kalman filters.
     walk_sigma: T,
     interim: Interim<T>,
-    /// The sample minus the estimate before it; zero where it is missing or in motion.
+    /// The sample minus the previous estimate; zero if it is missing or in motion.
     innovation: T,
-    /// Largest sample to date: the drift is no larger as long as nothing else is known.
+    /// Largest sample to date: a bound of the drift while nothing else is known.
     reach: T,
     missing: bool,
     saturated: bool,
@@ -97,7 +97,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         })
     }
 
-    /// Its status.
+    /// Status of the filter.
     pub fn status(&self) -> Status {
         match self.status.after(self.restarts) {
             _ if self.detector.is_stuck() => Status::Stuck,
@@ -106,19 +106,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The drift.
+    /// Present drift.
     pub fn bias(&self) -> T {
         self.estimate
     }
 
-    /// Standard deviation of the mean drift over the next ten seconds about the bias; while the
-    /// assumed rest may be motion, at least the error of a motion as large as the samples.
+    /// Standard deviation of the mean drift over the next ten seconds, relative to the bias. While
+    /// the assumed rest may be motion, it is at least the error of a motion as large as the
+    /// samples.
     pub fn bias_sigma(&self) -> T {
         self.cautious(self.own_sigma(self.sigma))
     }
 
-    /// Standard deviation of the mean drift over the next `seconds`; zero is the present drift,
-    /// including any fast flicker.
+    /// Standard deviation of the mean drift over the next `seconds`. Zero is the present drift,
+    /// including fast flicker.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `seconds` is negative or not finite.
@@ -148,7 +149,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::MAX_RAW))
     }
 
-    /// The filter's own standard deviation, for certain rest.
+    /// The filter's own standard deviation, if rest is certain.
     fn own_sigma(&self, learned: T) -> T {
         match (self.status, self.startup.samples()) {
             (status, _) if !begins(status) => learned,
@@ -161,13 +162,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.params.behaviour.hold_in_motion && self.detector.is_provisional()
     }
 
-    /// True if the deviation hangs on the sample.
+    /// True if the standard deviation depends on the sample.
     fn varies(&self) -> bool {
         begins(self.status) || self.is_provisional()
     }
 
-    /// Variances of a sample's white noise and of the drift's step in a sample, once they are
-    /// known.
+    /// Variances of a sample's white noise and of the drift's step per sample, once known.
     pub fn noise(&self) -> Option<(T, T)> {
         self.model.map(|model| (model.white_noise(), model.process_noise()))
     }
@@ -191,19 +191,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.detector.resolution()
     }
 
-    /// Samples in a tick.
+    /// Number of samples in a tick.
     #[cfg(feature = "std")]
     pub(crate) fn tick_length(&self) -> u32 {
         self.detector.tick_length()
     }
 
-    /// Its parameters.
+    /// Parameters of the filter.
     #[cfg(feature = "std")]
     pub(crate) fn params(&self) -> &AutoParams {
         &self.params
     }
 
-    /// Restart after power-on: forget the drift, keep the noise.
+    /// Restarts after power-on: forgets the drift, keeps the noise.
     pub fn switch_on(&mut self) {
         self.experienced = self.model.is_some();
         self.detector.restart();
@@ -252,7 +252,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// A start-up that it ends has learned nothing.
+    /// Begins a motion. A start-up that it ends has learned nothing.
     fn motion(&mut self) {
         if begins(self.status) {
             self.forget();
@@ -272,7 +272,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.interim = Interim::held();
     }
 
-    /// Rest at another level, of which the tick is the first to know.
+    /// Begins a rest at another level; the tick is its first.
     fn jump(&mut self, tick: &Tick<T>) {
         if self.model.is_some_and(|model| model.is_another(tick)) {
             self.model = None;
@@ -309,7 +309,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// True if the noise of a rest is off by so many orders that it was never this sensor's.
+    /// True if a rest's noise is wrong by orders of magnitude: it was never this sensor's noise.
     fn disproves(&mut self, tick: &Tick<T>) -> bool {
         let learned = self.status == Status::AtRest && self.params.scale.is_none();
         match self.model.filter(|_| learned) {
@@ -318,7 +318,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Learn noise and drift again, from the next sample on.
+    /// Learns noise and drift again, from the next sample on.
     fn restart_from_scratch(&mut self) {
         self.startup.reset();
         (self.model, self.experienced) = (None, false);
@@ -328,7 +328,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.status = Status::Starting;
     }
 
-    /// Goes on from what is learned.
+    /// Continues from the learned state.
     fn run(&mut self) {
         if let Some(model) = &self.model {
             let drift = model.drift();
@@ -351,7 +351,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Follows a sample that is there until its tick is tested.
+    /// Follows a sample that is present until its tick is tested.
     #[inline(always)]
     fn follow(&mut self, z: T) {
         let z = z.within(T::MAX_RAW);
@@ -362,7 +362,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The estimate is the mean to date; zero as long as the sensor is not seen to rest.
+    /// The estimate is the mean to date; zero while no rest has been seen.
     #[cold]
     fn start(&mut self, z: T) {
         match self.status {
@@ -377,7 +377,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Takes one sample of a body that is known to be `moving`, or of which nothing is known.
+    /// Processes one sample. If `moving`, the body is known to move; else its motion is unknown.
     #[inline(always)]
     fn step(&mut self, z: T, moving: bool) -> T {
         self.samples_seen += 1;
@@ -398,7 +398,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.params.behaviour.output(z, self.estimate)
     }
 
-    /// A level, zero for one that no bias has.
+    /// The level, or zero if it cannot be a bias.
     fn believed(&self, level: T) -> T {
         match self.params.limits.bias {
             Some(limit) if level.simd_abs() > T::of(limit) => T::zero(),
@@ -420,7 +420,7 @@ impl Default for AutoParams {
 }
 
 impl AutoParams {
-    /// Nothing counts as rest before it has shown that it can be, if limits are known.
+    /// True if limits are known and the sensor has not yet shown rest.
     fn waits_for_rest(&self) -> bool {
         self.behaviour.hold_in_motion && self.limits.rest.is_some()
     }
@@ -439,7 +439,7 @@ impl<T: DriftNumber> Stream for AutoFilter<T> {
         self.step(z, false)
     }
 
-    /// It holds plain numbers, which are copied at once, and not field by field.
+    /// The state is plain numbers, which are copied at once and not field by field.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
@@ -533,7 +533,8 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
         Drift { bias: self.estimate, sigma: self.bias_sigma(), at_rest: self.learns() }
     }
 
-    /// From tick to tick rest stays, and so does the deviation, but of what is not certain.
+    /// Between ticks the flag of rest is constant. The standard deviation is constant, too, if rest
+    /// is certain.
     fn follow(
         &mut self,
         inputs: impl Iterator<Item = (T, bool)>,
@@ -582,7 +583,7 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
     }
 }
 
-/// The drift comes from a start-up that is not over.
+/// True while the drift comes from a start-up.
 #[inline(always)]
 fn begins(status: Status) -> bool {
     matches!(status, Status::Starting | Status::NoRestYet)

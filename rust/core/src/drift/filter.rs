@@ -23,23 +23,23 @@ use crate::rest::{MotionAware, RestLimits};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
-/// The largest coefficient of a stationary autoregression of order three.
+/// Largest coefficient of a stationary autoregression of order three.
 const MAX_COEFFICIENT: f64 = 3.0;
 
-/// The filter on normalised samples, one signal a lane.
+/// The filter on normalised samples, one signal per lane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct DriftLoop<T, const N: usize, const M: usize> {
     adapts_measurement_noise: bool,
     adapts_process_noise: bool,
-    /// Samples left for the model to learn from, missing ones included.
+    /// Number of samples for which the model still learns, missing ones included.
     learning_left: u64,
     model: Rls<T, N, M>,
     pub(super) measurement_noise: AllanNoise<T>,
     process_noise: Symmetric<T, N>,
     pub(super) state: State<T, N>,
     pub(super) last: Correction<T>,
-    /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
+    /// `k` of Sage-Husa: number of samples that were not missing, plus the weight of G₀.
     count: T,
     /// Largest sample to date.
     peak: T,
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
         let params = params.validate()?;
         let floor = Self::floor();
-        // Of the trace, as a step keeps it.
+        // Limit of the trace.
         let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE) / T::of(N as f64);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
@@ -78,10 +78,11 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         T::limit(<T::Element as Limits>::VARIANCE_FLOOR)
     }
 
-    /// One sample in, the estimate out; `seen` is false where it is missing (`y` is NaN there).
+    /// Processes one sample and returns the estimate. `seen` is false for a missing sample, with
+    /// NaN as `y`.
     ///
-    /// The prediction uses the model learned from the samples before this one, so that the
-    /// innovation is honest.
+    /// The prediction uses the model learned from earlier samples only, and the innovation is
+    /// independent of this sample.
     #[inline(always)]
     pub fn step(&mut self, y: T, seen: T::SimdBool) -> (T, T::SimdBool) {
         if self.adapts_measurement_noise {
@@ -90,7 +91,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         let (prior, large) = self.predict();
         let guarded = if self.learning_left > 0 {
             self.learning_left -= 1;
-            // Least squares and Kalman filter wait for their divisions side by side.
+            // Least squares and Kalman filter do their divisions in parallel.
             let projection = self.model.prepare(seen);
             let guarded = self.correct(&prior, y, seen, large);
             self.model.learn(&projection, y, seen);
@@ -102,7 +103,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         (self.state.x[0], guarded)
     }
 
-    /// The state before the next sample, and where its covariance is large.
+    /// The state before the next sample, and a flag for a large covariance.
     #[inline(always)]
     pub(super) fn predict(&self) -> (State<T, N>, T::SimdBool) {
         let row = self.row();
@@ -114,7 +115,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         (prior, large)
     }
 
-    /// First row of the transition matrix, `[φ, 1]`, within what a stationary model can have.
+    /// First row of the transition matrix, `[φ, 1]`, limited to coefficients of a stationary model.
     #[inline(always)]
     pub(super) fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
@@ -124,7 +125,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         })
     }
 
-    /// State and process noise after the sample; returns where the noise was guarded.
+    /// Updates state and process noise; returns a mask of guarded process noise.
     #[inline(always)]
     fn correct(
         &mut self,
@@ -157,7 +158,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         guarded
     }
 
-    /// Noise, model and peak after a sample of which the state is corrected apart.
+    /// Updates noise, model and peak after a sample; the state is corrected separately.
     #[inline(always)]
     pub(super) fn learn(&mut self, y: T, seen: T::SimdBool) {
         if self.adapts_measurement_noise {
@@ -175,7 +176,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
     }
 
-    /// Kalman gain of the last sample, from what it left: `K = P Hᵀ / R`.
+    /// Kalman gain of the last sample, from the corrected covariance: `K = P Hᵀ / R`.
     fn gain(&self) -> SVector<T, N> {
         let seen = self.last.inverse.simd_gt(T::zero());
         let gain = self.state.column() / self.measurement_noise.variance();
@@ -187,7 +188,7 @@ impl<T, const N: usize, const M: usize> DriftLoop<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// A loop that knows what `start` says, as firmly as a start-up would have learned it.
+    /// A filter with the model of `start`, with the confidence that a start-up would give.
     fn started(params: &Params, start: &Start<T, N, M>) -> Result<Self, Error> {
         let mut inner = Self::new(params)?;
         let samples = params.startup_samples();
@@ -205,7 +206,7 @@ where
         Ok(inner)
     }
 
-    /// Everything at the mean but the constant of the model, which is zero around the mean.
+    /// State at the mean. The constant of the model is zero around the mean.
     fn started_state(start: &Start<T, N, M>) -> Result<State<T, N>, Error> {
         let P = start.normalised_state_covariance()?;
         let mut state = State::new(T::zero());
@@ -215,10 +216,10 @@ where
     }
 }
 
-/// All estimates after a sample, in the units of the samples.
+/// All estimates after a sample, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot<T, const N: usize, const M: usize> {
-    /// The filtered rate.
+    /// Filtered rate.
     pub estimate: T,
     /// Sample minus prediction; zero for a missing sample.
     pub innovation: T,
@@ -234,19 +235,19 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub coefficients: SVector<T, M>,
     /// State covariance P.
     pub covariance: SMatrix<T, N, N>,
-    /// The sample was missing.
+    /// True if the sample was missing.
     pub missing: bool,
-    /// The step of the process noise was shortened.
+    /// True if the step of the process noise was shortened.
     pub guarded: bool,
-    /// The drift, learned at rest.
+    /// Drift, learned at rest.
     pub bias: T,
     /// Standard deviation of the drift.
     pub bias_sigma: T,
-    /// The sensor is at rest, or assumed to be.
+    /// True if the sensor is at rest, or assumed to be at rest.
     pub at_rest: bool,
-    /// The sample was saturated and counts as missing.
+    /// True if the sample was saturated; it counts as missing.
     pub saturated: bool,
-    /// The sensor repeats one sample.
+    /// True if the sensor repeats one sample.
     pub stuck: bool,
 }
 
@@ -309,7 +310,7 @@ where
 }
 
 /// Online drift filter of one signal: ARMA(p, q) by recursive least squares, R by Allan variance,
-/// Kalman, G by Sage-Husa; `N = p + 1`, `M = p + q + 1`.
+/// Kalman filter, G by Sage-Husa. `N = p + 1`, `M = p + q + 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct DriftFilter<T, const N: usize, const M: usize> {
@@ -351,8 +352,8 @@ where
         })
     }
 
-    /// A filter that is ready at its first sample; R and the count of Sage-Husa are as after the
-    /// start-up in `params`.
+    /// A filter that is ready at its first sample. R and the count of Sage-Husa have their values
+    /// after the start-up in `params`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter or a number of the start out of range.
@@ -375,12 +376,12 @@ where
         }
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &Params {
         &self.params
     }
 
-    /// The filtered rate after the last sample.
+    /// Filtered rate after the last sample.
     pub fn estimate(&self) -> T {
         self.estimate
     }
@@ -390,7 +391,7 @@ where
         self.scaling.is_some()
     }
 
-    /// The start, unless it was learned.
+    /// The stated start, `None` if it was learned.
     pub fn start(&self) -> Option<&Start<T, N, M>> {
         self.start.as_ref()
     }
@@ -433,7 +434,7 @@ where
         }
     }
 
-    /// During start-up the estimate is the running mean, and so are its gain and variances.
+    /// Snapshot during start-up: the running mean, with its gain and variances.
     fn startup_snapshot(&self) -> Snapshot<T, N, M> {
         let variance = self.startup.variance();
         let start = self.startup_noise();
@@ -462,23 +463,24 @@ where
         }
     }
 
-    /// One sample after the start-up.
+    /// Processes one sample after the start-up.
     #[inline(always)]
     fn step(inner: &mut DriftLoop<T, N, M>, scaling: &Scaling<T>, z: T) -> (T, bool, bool) {
         let y = scaling.normalise(z);
         let missing = !z.finite();
-        // The same step twice, so that the compiler drops the masks from the first.
+        // The step is written twice: the compiler drops the masks from the first.
         let (y, guarded) = if missing { inner.step(y, false) } else { inner.step(y, true) };
         (scaling.raw(y), missing, guarded)
     }
 
-    /// Takes one sample.
+    /// Processes one sample.
     #[inline(always)]
     fn advance(&mut self, z: T) -> T {
         self.advance_by(z, Self::step)
     }
 
-    /// The same by a `step` that returns estimate, and whether the sample is missing or guarded.
+    /// Processes one sample by `step`. It returns the estimate, and flags for a missing sample and
+    /// guarded noise.
     #[inline(always)]
     pub(super) fn advance_by(
         &mut self,
@@ -514,7 +516,7 @@ where
         self.startup.mean()
     }
 
-    /// From the start-up's own units to those of the filter.
+    /// Converts from the start-up's units to the filter's units.
     fn begin(&mut self, scaling: &Scaling<T>) {
         let (inner, startup) = (&mut self.inner, &self.startup);
         let noise = &mut inner.measurement_noise;
@@ -538,7 +540,7 @@ where
         };
     }
 
-    /// True if a sample proves the scale wrong by many orders, if it was learned and not given.
+    /// True if a sample proves a learned scale wrong by orders of magnitude.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
         let scale_given = self.start.is_some() || self.params.scale.is_some();
@@ -548,7 +550,7 @@ where
         }
     }
 
-    /// Restart the learning if the scale is proved wrong.
+    /// Restarts the learning if the scale is proved wrong.
     #[cold]
     fn restart_if_disproved(&mut self) {
         if self.watch.has_disproved()
@@ -565,7 +567,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     type Input = T;
     type Output = T;
 
-    // Compiled once a type, not into every caller: a step is long, and twelve orders have one.
+    // Compiled once per type, not into every caller: a step is long, and there are twelve orders.
     #[inline(never)]
     fn update(&mut self, z: T) -> T {
         self.advance(z)
@@ -573,7 +575,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
 
     #[inline]
     fn run(&mut self, inputs: impl Iterator<Item = T>, mut put: impl FnMut(T)) {
-        // A copy on the stack: its addresses are fixed, which processors forward fastest.
+        // A copy on the stack: processors forward its fixed addresses fastest.
         let mut filter = *self;
         for z in inputs {
             put(filter.advance(z));
@@ -581,7 +583,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
         *self = filter;
     }
 
-    /// It holds plain numbers, which are copied at once, and not field by field.
+    /// The state is plain numbers, which are copied at once and not field by field.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
@@ -667,7 +669,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
         Drift { bias: self.estimate, sigma, at_rest: true }
     }
 
-    /// R is the white noise; the drift is no walk.
+    /// R is the white noise; the drift is not a random walk.
     fn densities(&self) -> [T; 2] {
         let unknown = T::of(f64::NAN);
         let R = self.inner.measurement_noise.variance();

@@ -1,10 +1,11 @@
-//! Kalman filters that know flicker, for the standard deviation of the drift alone.
+//! Kalman filters with flicker, only for the standard deviation of the drift.
 //!
-//! Flicker of bias instability B has the two-sided density B²/(2πf). Two Gauss-Markov processes of
-//! 5 and 100 s, each of variance B² ln(20)/π, and a walk sum to it below 0.15 Hz; what is faster is
-//! no state and adds its variance to the mean of a block. There is one filter for each of eight
-//! levels of B². They move no estimate: their likelihoods, next to those of the
-//! walks of the [`KalmanBank`], weigh what is stated of the mean drift over a span.
+//! Flicker of bias instability B has the two-sided density B²/(2πf). Below 0.15 Hz it is modelled
+//! as a sum: two Gauss-Markov processes with time constants of 5 s and 100 s, each with variance B²
+//! ln(20)/π, and a random walk. Faster flicker is no state and adds its variance to the mean of a
+//! block. There is one filter for each of eight levels of B². The filters change no estimate. Their
+//! likelihoods, with those of the walks of the [`KalmanBank`], weigh the variance of the mean drift
+//! over a span.
 #![allow(non_snake_case)]
 
 use nalgebra::{ComplexField, SVector};
@@ -14,7 +15,8 @@ use super::multiple_model::{BlockMean, DEGREES_OF_FREEDOM, KalmanBank, Mixture, 
 use crate::math::validity::{is_size, is_within};
 use crate::math::{Fours, Limits, OnRows, Real, choose, widest};
 
-/// Levels of flicker: B² from a thousandth of the white noise of a block's mean, times five each.
+/// Number of flicker levels: B² begins at 1/1000 of the white noise of a block's mean, times five
+/// each.
 const LEVELS: usize = 8;
 const MIN_LEVEL_RATIO: f64 = 1e-3;
 const LEVEL_STEP: f64 = 5.0;
@@ -23,32 +25,33 @@ const LEVEL_STEP: f64 = 5.0;
 const TIME_CONSTANTS: [f64; 2] = [5.0, 100.0];
 const PROCESS_VARIANCE: f64 = 0.953_571_199_032_079_3;
 
-/// Variance a second, over B², of the walk for all that is slower.
+/// Variance per second, over B², of the walk for all slower flicker.
 const WALK_VARIANCE: f64 = 0.003;
 
-/// Seconds that set the flicker faster than the states in a mean, and eight times the shortest time
-/// that a state follows, s, which sets the fastest that a sampled sensor has: see [`unseen`].
+/// Time constants of fast flicker, s, see [`unseen`]: one sets the flicker faster than the states
+/// in a mean. The other is eight times the shortest time that a state follows, and sets the fastest
+/// flicker of a sampled sensor.
 const FAST_TIME: f64 = 2.6;
 const RATE_FACTOR: f64 = 8.94;
 
-/// Flicker over B² that the Allan variance of a block's eight ticks has in the noise: 2 ln 2/π/8.
+/// Flicker over B² in the noise from the Allan variance of a block's eight ticks: 2 ln 2/π/8.
 const IN_TICKS: f64 = 0.055_158_900_038_162_9;
 
-/// Priors of no drift, of all walks and of all levels of flicker.
+/// Prior probabilities of no drift, of all walks and of all levels of flicker.
 const NO_DRIFT_PRIOR: f64 = 0.05;
 const WALKS_PRIOR: f64 = 0.10;
 const FLICKER_PRIOR: f64 = 0.85;
 
-/// Variance of the stated interval over that of the mixture: no drift is quite of these kinds.
+/// Factor on the variance of the stated interval: no drift fits these models exactly.
 const VARIANCE_FACTOR: f64 = 1.21;
 
-/// Seconds of the mean drift whose standard deviation is stated unless another span is asked for.
+/// Default span of the mean drift with a stated standard deviation, s.
 const STATED_SECONDS: f64 = 10.0;
 
-/// Largest state over the largest sample.
+/// Ratio of the largest state to the largest sample.
 const MAX_STATE: f64 = 64.0;
 
-/// Logarithm of a likelihood ratio below which a level counts for nothing.
+/// Logarithm of a likelihood ratio below which a level has no weight.
 const MAX_EVIDENCE_LOSS: f64 = 50.0;
 
 /// Largest factor of B² or of a block.
@@ -56,7 +59,7 @@ const MAX_FACTOR: f64 = 1e30;
 
 type Each<T> = SVector<T, LEVELS>;
 
-/// Places of the covariances: xx, xy, xz, yy, yz, zz.
+/// Indices of the covariances: xx, xy, xz, yy, yz, zz.
 const XX: usize = 0;
 const XY: usize = 1;
 const XZ: usize = 2;
@@ -64,12 +67,12 @@ const YY: usize = 3;
 const YZ: usize = 4;
 const ZZ: usize = 5;
 
-/// Propagation of the states without measurement.
+/// Propagation of the states without a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Passage<T> {
-    /// Part of each process that is left.
+    /// Share of each process that remains.
     phi: [T; 2],
-    /// Variance that arises of each process and of the walk, over B².
+    /// New variance of each process and of the walk, over B².
     arises: [T; 3],
 }
 
@@ -85,11 +88,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Passage<T> {
 /// The mean drift over a span that begins now.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Mean<T> {
-    /// Part of each process now that is in the mean.
+    /// Share of each present process in the mean.
     parts: [T; 2],
-    /// Covariance of the mean with what arises of each state, over B².
+    /// Covariance of the mean with the new part of each state, over B².
     common: [T; 3],
-    /// Variance of the mean that arises, over B²: of the states, and of what is faster.
+    /// New variance of the mean, over B², from the states and from faster flicker.
     arises: T,
     /// Length of the span in blocks.
     blocks: T,
@@ -111,12 +114,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Mean<T> {
     }
 }
 
-/// Part of a process in its mean over the next `r` time constants.
+/// Share of a process in its mean over the next `r` time constants.
 fn part_of_start(r: f64) -> f64 {
     if r < 1e-8 { 1.0 } else { -ComplexField::exp_m1(-r) / r }
 }
 
-/// Variance of that mean, given the start, over the variance of the process.
+/// Variance of that mean for a known start, over the variance of the process.
 fn variance_within(r: f64) -> f64 {
     if r < 1e-4 {
         return r * 2.0 / 3.0;
@@ -125,17 +128,17 @@ fn variance_within(r: f64) -> f64 {
     2.0 * (1.0 - part) / r - part * part
 }
 
-/// Variance over B² of flicker that no state follows, in the mean of so many seconds; at zero that
-/// of the instant.
+/// Variance over B² of flicker faster than the states, in the mean of `seconds`; zero seconds are
+/// the instant.
 fn unseen(seconds: f64, rate: f64) -> f64 {
     let ratio = (1.0 + FAST_TIME / seconds).min(RATE_FACTOR * rate).max(1.0);
     ComplexField::ln(ratio) / core::f64::consts::PI
 }
 
-/// Statement on the mean drift over a span.
+/// Stated variance of the mean drift over a span.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stated<T> {
-    /// Its variance.
+    /// Variance of the mean drift.
     pub variance: T,
     /// B², square of the bias instability.
     pub flicker: T,
@@ -145,28 +148,28 @@ pub struct Stated<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct FlickerBank<T> {
-    /// Seconds of a block, and samples per second.
+    /// Seconds per block, and samples per second.
     seconds: f64,
     rate: f64,
     passage: Passage<T>,
-    /// Of a block, and of the span that is stated.
+    /// Mean over a block, and over the stated span.
     block: Mean<T>,
     ahead: Mean<T>,
-    /// B².
+    /// B² of each member.
     b: Each<T>,
     /// The two processes and the walk at the end of the last block.
     x: [Each<T>; 3],
     P: [Each<T>; 6],
-    /// Sum of the normalised squared innovations.
+    /// Sum of the squared normalised innovations.
     S: Each<T>,
-    /// Logarithm of the likelihood over that of the best walk.
+    /// Logarithm of the likelihood relative to the best walk.
     evidence: Each<T>,
-    /// Blocks without a measurement that the states do not know of yet, less than one.
+    /// Blocks without a measurement that the states do not yet include, less than one.
     waiting: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
-    /// Members for blocks of `seconds` at `rate` whose mean has white noise of variance `noise`.
+    /// Members for blocks of `seconds` at `rate`; the mean has white noise of variance `noise`.
     pub fn new(noise: T, seconds: f64, rate: f64) -> Self {
         let mut level = MIN_LEVEL_RATIO / LEVEL_STEP;
         let b = Each::from_fn(|_, _| {
@@ -189,7 +192,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// A new drift, with everything that was learned about the noise.
+    /// Begins a new drift and keeps the learned noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         let (process, zero) = (self.b * T::of(PROCESS_VARIANCE), Each::zeros());
         let level = (process + process).map(|own| (own + variance).at_most(T::MAX_COVARIANCE));
@@ -198,7 +201,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         self.waiting = T::zero();
     }
 
-    /// Time passes without a measurement; true where the states have been updated.
+    /// Lets time pass without a measurement; true if the states have been updated.
     pub fn wait(&mut self, blocks: T) -> bool {
         self.waiting += blocks;
         let whole = self.waiting >= T::one();
@@ -208,8 +211,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         whole
     }
 
-    /// The mean drift over a span from now on: its variance with all walks, and the estimate of
-    /// flicker. Zero seconds are the instant.
+    /// Mean drift over a span from now on: variance, including all walks, and estimate of flicker.
+    /// Zero seconds are the instant.
     pub fn over(&self, seconds: f64, walks: &KalmanBank<T>) -> Stated<T> {
         let mut now = *self;
         now.catch_up();
@@ -217,19 +220,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         now.stated_of(&ahead, walks, &walks.predicted())
     }
 
-    /// The same of the span that is stated where none is asked for.
+    /// Mean drift over the default span, as [`over`](Self::over).
     pub fn stated(&self, walks: &KalmanBank<T>, all: &Mixture<T>) -> Stated<T> {
         self.stated_of(&self.ahead, walks, all)
     }
 
-    /// Learns from a full block, of which the walks have learned; they had so many `degrees` of
-    /// freedom, and `best` is the logarithm of the likelihood of the best of them.
+    /// Learns from a full block after the walks. They had `degrees` degrees of freedom, and `best`
+    /// is the logarithm of the best walk's likelihood.
     pub fn correct(&mut self, block: &BlockMean<T>, degrees: T, best: T) {
         self.catch_up();
         widest(Correction { bank: self, block, degrees, best });
     }
 
-    /// The same, always inlined.
+    /// As [`correct`](Self::correct), always inlined.
     #[inline(always)]
     fn correct_inlined(&mut self, block: &BlockMean<T>, degrees: T, best: T) {
         let ([f, s], common) = (self.passage.phi, self.block.common);
@@ -252,7 +255,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         self.weigh_in(&square, &S, degrees, best);
     }
 
-    /// By the covariances of the states at the block's end with its mean.
+    /// Corrects by the covariances of the states at the block's end with its mean.
     #[inline(always)]
     fn correct_states(&mut self, c: &[Each<T>; 3], innovation: &Each<T>, inverse: &Each<T>) {
         let (bound, most) = (T::MAX_INPUT * T::of(MAX_STATE), T::MAX_COVARIANCE);
@@ -290,7 +293,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// The states go on unseen.
+    /// Propagates the states without a measurement.
     #[inline(always)]
     fn pass(&mut self, passage: &Passage<T>) {
         let ([f, s], [fast, slow, walk]) = (passage.phi, passage.arises);
@@ -307,7 +310,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// Covariances of the states now with the mean.
+    /// Covariances of the present states with the mean.
     #[inline(always)]
     fn with_mean(&self, m: usize, mean: &Mean<T>) -> [T; 3] {
         let ([f, s], P) = (mean.parts, &self.P);
@@ -318,7 +321,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         ]
     }
 
-    /// The mean and its variance.
+    /// Mean and its variance.
     #[inline(always)]
     fn mean(&self, m: usize, mean: &Mean<T>, with_mean: &[T; 3]) -> (T, T) {
         let [f, s] = mean.parts;
@@ -327,7 +330,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         (level, known + self.b[m] * mean.arises)
     }
 
-    /// All members and all walks by their likelihood, about the estimate of the walks.
+    /// Mixes all members and all walks by their likelihood, about the estimate of the walks.
     fn stated_of(&self, ahead: &Mean<T>, walks: &KalmanBank<T>, all: &Mixture<T>) -> Stated<T> {
         let best = self.evidence.max().at_least(T::zero());
         let scale = T::one() / walks.degrees();
@@ -345,8 +348,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// Sums over the members: of the weights, and of these times the variance about `center` and
-    /// times B².
+    /// Sums over the members: of the weights, of weights times the variance about `center`, and of
+    /// weights times B².
     #[inline(always)]
     fn sums(&self, ahead: &Mean<T>, center: T, best: T, scale: T) -> [T; 3] {
         let prior = T::of(FLICKER_PRIOR / LEVELS as f64);
@@ -401,7 +404,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> OnRows for Mixing<'_, T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
-    /// True if blocks can have made it of `fresh`.
+    /// True if blocks can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
         let most = T::MAX_DIFFERENCE;

@@ -1,4 +1,4 @@
-//! The published filter without samples in motion, outliers and saturated samples.
+//! Published filters that leave out motion, outliers and saturated samples.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,24 +19,24 @@ use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Run, Tick};
 pub trait PublishedFilter<T, const N: usize, const M: usize>:
     DriftStream<T> + Traced<Snapshot = Snapshot<T, N, M>> + Copy
 {
-    /// Tag of its checkpoint where it is gated.
+    /// Tag of the checkpoint of a gated filter.
     const GATED_TAG: &'static str;
 
-    /// The parameters.
+    /// Parameters of the filter.
     fn params(&self) -> &Params;
 
-    /// Its zones, if it is robust.
+    /// Zones of a robust filter.
     fn robust(&self) -> Option<&RobustParams>;
 
-    /// The start, unless it was learned.
+    /// The stated start, `None` if it was learned.
     fn start(&self) -> Option<&Start<T, N, M>>;
 
-    /// The filtered rate after the last sample.
+    /// Filtered rate after the last sample.
     fn estimate(&self) -> T;
 }
 
-/// A published filter that learns at rest only, that outliers and saturated samples are missing
-/// for, or that returns the compensated rate.
+/// A published filter with additional behaviour: it learns only at rest, leaves out outliers and
+/// saturated samples, or returns the compensated rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "T: Real + Serialize, F: Serialize",
@@ -46,16 +46,16 @@ pub struct RestGated<T, const N: usize, const M: usize, F = DriftFilter<T, N, M>
     behaviour: Behaviour,
     detector: RestDetector<T>,
     filter: F,
-    /// The filter as it was after the last tick at rest, and after the one before: a motion is
-    /// seen in its second tick at times.
+    /// The filter after the last tick at rest, and after the tick before. A motion is sometimes
+    /// detected only in its second tick.
     rest_states: [F; 2],
     at_rest: bool,
     missing: bool,
     saturated: bool,
     samples_seen: u64,
     tally: Tally,
-    /// Samples of this tick that a robust filter has left out and that may yet prove to be a stuck
-    /// sensor's: those of the run of equal samples that is under way.
+    /// Number of this tick's samples that a robust filter left out and that may come from a stuck
+    /// sensor: the samples of the present run of equal samples.
     suspects: u64,
 }
 
@@ -109,8 +109,8 @@ where
         self.filter.estimate()
     }
 
-    /// Counts outliers of a filter that judges for itself. Those of a run that proves to be a stuck
-    /// sensor's are counted as that alone.
+    /// Counts outliers of a filter that classifies samples itself. If a run proves to be a stuck
+    /// sensor, its samples are counted only as stuck.
     fn count(&mut self, outliers: u64, run: Run) {
         if run == Run::Begins {
             self.suspects = 0;
@@ -122,12 +122,12 @@ where
         }
     }
 
-    /// True if a detector looks at the samples.
+    /// True if a detector checks the samples.
     fn looks(&self) -> bool {
         self.behaviour.hold_in_motion || self.behaviour.reject_outliers
     }
 
-    /// Known only where the samples are looked at.
+    /// True if the sensor is stuck; unknown without a detector.
     fn is_stuck(&self) -> bool {
         self.detector.is_stuck()
     }
@@ -164,7 +164,7 @@ where
         self.update_while(z, false)
     }
 
-    /// It holds plain numbers, which are copied at once, and not field by field.
+    /// The state is plain numbers, which are copied at once and not field by field.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
@@ -227,7 +227,7 @@ where
         let made =
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
         let pending = self.detector.pending();
-        // One that judges for itself does so at once.
+        // A filter that classifies samples itself does this at once.
         let judges = self.filter.robust().is_some() || !self.behaviour.reject_outliers;
         let maybe_outliers = if judges { 0 } else { pending };
         let made_alike = |filter: &F| made(filter) == made(&self.filter);
@@ -300,7 +300,7 @@ where
         self.filter.exit_count()
     }
 
-    /// Without a detector, a filter that judges for itself has counted alone.
+    /// Without a detector, only a filter that classifies samples itself has counts.
     fn tally(&self) -> Tally {
         match self.looks() {
             true => self.tally,

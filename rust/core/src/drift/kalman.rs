@@ -1,7 +1,8 @@
 //! One Kalman step of the drift model in companion form with a constant (FH 14–24, Table 3).
 //!
-//! The state is `x = [y_k, …, y_{k-p+1}, c]`. The transition matrix has the row `[φ, 1]` on top of
-//! a shift, with the constant kept: so a prediction is one dot product and a shift of what is
+//! The state is `x = [y_k, …, y_{k-p+1}, c]`. The transition matrix has the row `[φ, 1]` above a
+//! shift that keeps the constant. A prediction is one dot product and a shift, without a matrix
+//! product.
 //! there, never a matrix product.
 
 #![allow(non_snake_case)]
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::validity::{is_nan, is_size, is_within};
 use crate::math::{Limits, Real, Symmetric, choose, vector};
 
-/// A trace, in start-up variances, below which the floor of the noise outweighs all rounding.
+/// Limit of the trace, in start-up variances; below, the floor of the noise outweighs all rounding.
 const TRACE_LARGE: f64 = 10.0;
 
 /// Mean and covariance of the state, predicted or corrected.
@@ -41,7 +42,7 @@ crate::math::laned!(State [N] { x, P } common {});
 #[cfg(feature = "std")]
 crate::math::laned!(Correction [] { innovation, variance, inverse } common {});
 
-/// The index in this state of component `i` of the next: each `y` moves down, `c` stays.
+/// Index in this state of component `i` of the next state: each `y` moves down, `c` stays.
 #[inline(always)]
 fn source<const N: usize>(i: usize) -> usize {
     if i == N - 1 { i } else { i - 1 }
@@ -55,12 +56,12 @@ impl<T: Real, const N: usize> State<T, N> {
 
     /// `x⁻ = A x`, `P⁻ = A P Aᵀ + G` with `row` the first row of A (FH 19, 20).
     ///
-    /// The predicted `y` stays within `±peak`, the range that the sensor has shown: an unstable
-    /// model would otherwise leave it in a long gap.
+    /// The predicted `y` stays within `±peak`, the range of past samples. An unstable model would
+    /// otherwise leave it in a long gap.
     #[inline(always)]
     pub fn predict(&self, row: &SVector<T, N>, G: &Symmetric<T, N>, peak: T) -> Self {
-        // Loops, not closures: what is compiled apart from a step lacks the instructions of its
-        // lanes, and closures of this size are.
+        // Loops, not closures: large closures are compiled separately, without the instructions of
+        // the lanes.
         let mut x = self.x;
         x[0] = row.dot(&self.x).within(peak);
         for i in 1..N {
@@ -81,15 +82,15 @@ impl<T: Real, const N: usize> State<T, N> {
         Self { x, P }
     }
 
-    /// True where a covariance is so large, before or after the prediction, that the floor of the
-    /// process noise no longer outweighs rounding.
+    /// True if a covariance is large before or after the prediction. The floor of the process noise
+    /// then no longer outweighs rounding.
     #[inline(always)]
     pub fn is_large(&self, before: &Self) -> T::SimdBool {
         (self.P.trace() + before.P.trace()).simd_gt(T::of(TRACE_LARGE))
     }
 
     /// Keeps a large prediction definite and finite. The first variance is a sum whose terms may
-    /// cancel, so there the allowance goes with the terms.
+    /// cancel: its allowance is proportional to the terms.
     #[inline(always)]
     pub fn settle(&mut self, before: &Self, row: &SVector<T, N>, large: T::SimdBool) {
         let mut terms = T::zero();
@@ -108,14 +109,14 @@ impl<T: Real, const N: usize> State<T, N> {
         vector(|i| self.P.at(0, i))
     }
 
-    /// Becomes `prior` corrected by the sample `z` of noise variance `R` (FH 21–24); where it was
-    /// not `seen`, the prior itself.
+    /// Corrects `prior` by the sample `z` with noise variance `R` (FH 21–24); keeps the prior if
+    /// the sample was not `seen`.
     #[inline(always)]
     pub fn correct(&mut self, prior: &Self, z: T, seen: T::SimdBool, R: T) -> Correction<T> {
         let innovation = choose(seen, z - prior.x[0], T::zero());
         let variance = prior.P.at(0, 0) + R;
         let inverse = T::one() / variance;
-        // 1 - K₀ as R/S: the difference would lose all digits of a gain near one.
+        // 1 - K₀ computed as R/S: the difference would lose all digits if the gain is near one.
         let left = choose(seen, R * inverse, T::one());
         let inverse = choose(seen, inverse, T::zero());
         let gain = prior.column() * inverse;
@@ -132,7 +133,7 @@ impl<T, const N: usize> State<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// True if a running filter can have it.
+    /// True if a running filter can have this state.
     pub(super) fn is_valid(&self) -> bool {
         self.x.iter().all(|x| is_within(*x, T::MAX_RAW))
             && self.P.is_covariance(T::MAX_COVARIANCE + T::MAX_COVARIANCE)
@@ -140,8 +141,8 @@ where
 }
 
 impl<T: Limits> Correction<T> {
-    /// True if a running filter can have it; the innovation of a start-up may be too large for the
-    /// scale learned.
+    /// True if a running filter can have this innovation. In a start-up it may be too large for the
+    /// scale.
     pub(super) fn is_valid(&self) -> bool {
         !is_nan(self.innovation) && is_size(self.variance, T::MAX) && is_size(self.inverse, T::MAX)
     }

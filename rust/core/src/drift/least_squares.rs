@@ -12,16 +12,16 @@ use crate::stream::{Number, Scaling, Startup, Stream, Watch};
 
 /// Least squares on normalised samples, `N = p + 1`, `M = p + q + 1`.
 ///
-/// The covariance is kept as `U D Uᵀ` (Bierman 1977): it is positive semidefinite for whatever
-/// numbers stand in `U`, as long as no element of `D` is negative.
+/// The covariance is stored as `U D Uᵀ` (Bierman 1977). It is positive semidefinite for any `U`, if
+/// no element of `D` is negative.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct Rls<T, const N: usize, const M: usize> {
-    /// `1/λ`: how much the covariance grows in a sample.
+    /// `1/λ`: growth of the covariance per sample.
     growth: T,
     /// `[φ, θ, c]`.
     parameters: SVector<T, M>,
-    /// `[y_{k-1}…y_{k-p}, a_{k-1}…a_{k-q}]`; the last element stands for the constant.
+    /// `[y_{k-1}…y_{k-p}, a_{k-1}…a_{k-q}]`; the last element belongs to the constant.
     history: SVector<T, M>,
     unit_upper: SMatrix<T, M, M>,
     diagonal: SVector<T, M>,
@@ -70,16 +70,17 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         })
     }
 
-    /// Takes `y_k`, returns the a-posteriori residual `a_k` (FH 11).
+    /// Processes `y_k` and returns the a-posteriori residual `a_k` (FH 11).
     ///
-    /// One that was not `seen` teaches nothing; the last one takes its place in the regressor.
+    /// A sample that was not `seen` changes nothing; the last sample takes its place in the
+    /// regressor.
     #[inline(always)]
     pub fn observe(&mut self, y: T, seen: T::SimdBool) -> T {
         let projection = self.prepare(seen);
         self.learn(&projection, y, seen)
     }
 
-    /// The first half of [`observe`](Self::observe), which needs no sample yet and no division.
+    /// First half of [`observe`](Self::observe), which needs neither the sample nor a division.
     #[inline(always)]
     pub fn prepare(&mut self, seen: T::SimdBool) -> Projection<T, M> {
         self.forget(seen);
@@ -103,13 +104,13 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         projection
     }
 
-    /// The second half of [`observe`](Self::observe).
+    /// Second half of [`observe`](Self::observe).
     #[inline(always)]
     pub fn learn(&mut self, projection: &Projection<T, M>, y: T, seen: T::SimdBool) -> T {
         let y = choose(seen, y.within(learned_max()), self.history[0]);
         let error = choose(seen, y - self.prediction(), T::zero());
         let (gain, shrink) = self.measure(projection);
-        // What is left of the error after the update, and what the parameters move by (FH 10, 11).
+        // The error that remains after the update, and the parameters' change (FH 10, 11).
         let residual = (error * shrink).within(learned_max());
         self.parameters += gain * residual;
         self.shift(y, residual);
@@ -132,8 +133,8 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         sum
     }
 
-    /// Grows the covariance by 1/λ, but never beyond the trace it started with: without news a
-    /// plain division would grow it until it overflows.
+    /// Multiplies the covariance by 1/λ, but never beyond its initial trace. Without new
+    /// information it would grow until it overflows.
     #[inline(always)]
     fn forget(&mut self, seen: T::SimdBool) {
         use nalgebra::SimdBool;
@@ -158,8 +159,8 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         sum
     }
 
-    /// Bierman's measurement update with unit noise; returns `P f` and `1 / (1 + fᵀ P f)`, whose
-    /// product is the gain (FH 13). Where the sample was missing `f` is zero and nothing changes.
+    /// Bierman's measurement update with unit noise; returns `P f` and `1 / (1 + fᵀ P f)`. Their
+    /// product is the gain (FH 13). For a missing sample `f` is zero and nothing changes.
     #[inline(always)]
     fn measure(&mut self, projection: &Projection<T, M>) -> (SVector<T, M>, T) {
         let inverse = vector::<T, M>(|j| T::one() / projection.variance[j]);
@@ -201,7 +202,7 @@ where
     /// State from `start`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its covariance is none.
+    /// [`Error::Parameter`] if the covariance is not valid.
     pub fn started(forgetting_factor: f64, start: &Start<T, N, M>) -> Result<Self, Error> {
         let Factors { unit_upper, diagonal } = Factors::of("covariance", &start.covariance)?;
         let parameters = start.normalised_coefficients();
@@ -211,7 +212,7 @@ where
         Ok(rls)
     }
 
-    /// True if samples can have made it of `fresh`, which knows nothing.
+    /// True if samples can have changed `fresh`, the initial state, to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
         let is_factor = |(i, j): (usize, usize)| match i < j {
@@ -250,8 +251,8 @@ impl Default for RlsParams {
     }
 }
 
-/// Online ARMA(p, q) model of a raw signal: [`Rls`] on samples that are centred and scaled by a
-/// start-up window.
+/// Online ARMA(p, q) model of a raw signal: [`Rls`] on samples centred and scaled by a start-up
+/// window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct RecursiveLeastSquares<T, const N: usize, const M: usize> {
@@ -284,7 +285,7 @@ where
         })
     }
 
-    /// The parameters.
+    /// Parameters of the model.
     pub fn params(&self) -> &RlsParams {
         &self.params
     }
@@ -294,7 +295,7 @@ where
         self.scaling.is_some()
     }
 
-    /// `[φ, θ, c]`, the constant in the unit of the samples; during start-up only the mean.
+    /// `[φ, θ, c]`, the constant in the samples' unit; during start-up only the mean.
     pub fn coefficients(&self) -> SVector<T, M> {
         match &self.scaling {
             Some(scaling) => scaling.raw_coefficients::<N, M>(self.rls.parameters()),
@@ -316,7 +317,7 @@ where
         self.samples_seen
     }
 
-    /// Learn a scale again that was learned, not given, and is proved wrong by many orders.
+    /// Learns the scale again if it was learned and is wrong by orders of magnitude.
     #[cold]
     fn check_scale(&mut self, z: T) {
         let scale_given = self.params.scale.is_some();
@@ -333,8 +334,8 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     type Input = T;
     type Output = T;
 
-    /// The a-posteriori residual in the unit of the samples; during start-up the difference to
-    /// the mean to date, and zero for a missing sample.
+    /// The a-posteriori residual in the samples' unit. During start-up it is the sample minus the
+    /// mean to date. It is zero for a missing sample.
     #[inline]
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;
@@ -355,7 +356,7 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
         }
     }
 
-    /// It holds plain numbers, which are copied at once, and not field by field.
+    /// The state is plain numbers, which are copied at once and not field by field.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)

@@ -1,10 +1,12 @@
-//! Filters that learn a gyro's drift: the published method of Fu & Han, and the filter that tunes
-//! itself.
+//! Filters that learn a gyro's drift: published methods, and the filter that tunes itself.
 //!
-//! [`DriftFilter`] is the published method: an ARMA model by recursive least squares
-//! ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, process noise
-//! by Sage-Husa. [`RobustFilter`] is the filter of Wu & Ran, which rejects outliers. [`RestGated`]
-//! restricts learning to rest. [`AutoFilter`] weighs a bank of Kalman filters by their likelihood.
+//! - [`DriftFilter`] is the method of Fu & Han. It has an ARMA model by recursive least squares
+//!   ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, and process
+//!   noise by Sage-Husa.
+//! - [`RobustFilter`] is the filter of Wu & Ran, which rejects outliers.
+//! - [`RestGated`] restricts learning to rest.
+//! - [`AutoFilter`] weighs a bank of Kalman filters by their likelihood.
+//!
 //! All of them are [`DriftStream`]s.
 
 mod auto;
@@ -60,7 +62,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name.
+    /// Name of the status.
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
@@ -73,7 +75,7 @@ impl Status {
         }
     }
 
-    /// That of a filter whose start-up is over or not, and which learns or holds.
+    /// Status of a filter, from two flags: the start-up is over, and the filter learns.
     fn of(ready: bool, at_rest: bool) -> Self {
         match (at_rest, ready) {
             (true, true) => Self::AtRest,
@@ -83,7 +85,7 @@ impl Status {
         }
     }
 
-    /// The same for a filter whose scale was learned again so often.
+    /// The status after this number of restarts.
     fn after(self, restarts: u64) -> Self {
         match self {
             Self::Starting if restarts > 0 => Self::Restarting,
@@ -109,12 +111,12 @@ impl Tally {
         self.stuck += u64::from(tick.stuck);
     }
 
-    /// True if so many samples can have made it, so many of which are yet to be tested.
+    /// True if this number of samples can give the counts, with `pending` samples not yet tested.
     fn is_within(&self, samples: u64, pending: u64) -> bool {
         self.is_within_each(samples, pending, pending)
     }
 
-    /// The same, if fewer of them are yet to be tested as outliers.
+    /// As [`is_within`](Self::is_within), with separate numbers of samples not yet tested.
     fn is_within_each(&self, samples: u64, maybe_outliers: u64, maybe_stuck: u64) -> bool {
         let few = |count: u64, pending: u64| {
             samples.checked_sub(pending).is_some_and(|tested| count <= tested)
@@ -125,39 +127,39 @@ impl Tally {
     }
 }
 
-/// Estimate of the drift after a sample, in the unit of the samples.
+/// Estimate of the drift after a sample, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift<T> {
-    /// Its mean.
+    /// Mean of the drift.
     pub bias: T,
-    /// Its standard deviation.
+    /// Standard deviation of the drift.
     pub sigma: T,
-    /// True if it is learned: the sensor is at rest, or assumed to be.
+    /// True if the drift is learned: the sensor is at rest, or assumed to be at rest.
     pub at_rest: bool,
 }
 
 /// Readings of every drift filter in addition to its outputs.
 pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoint {
-    /// The parts of a [`Start`], for filters that can be started.
+    /// Parts of a [`Start`], for filters that can be started.
     const START: &'static [Field] = &[];
 
-    /// The options that make such a filter.
+    /// Options that create an equal filter.
     fn options(&self) -> Options;
 
     /// Samples to date, missing ones included.
     fn samples_seen(&self) -> u64;
 
-    /// The start-up is over.
+    /// True after the start-up.
     fn ready(&self) -> bool;
 
-    /// Its status.
+    /// Status of the filter.
     fn status(&self) -> Status;
 
-    /// The drift now.
+    /// Present drift.
     fn drift(&self) -> Drift<T>;
 
-    /// Takes samples, each of a body that is known to move or of which nothing is known; hands the
-    /// drift after each to `put`, and whether the sensor is stuck.
+    /// Processes samples. For each, the body is known to move, or its motion is unknown. Gives
+    /// `put` the drift after each sample, and whether the sensor is stuck.
     fn follow(
         &mut self,
         inputs: impl Iterator<Item = (T, bool)>,
@@ -169,31 +171,31 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         }
     }
 
-    /// Densities of the white noise and of the drift's random walk, in the unit of the samples over
-    /// root hertz and over root second; NaN where they are not known.
+    /// Densities of the white noise, samples' unit over root hertz, and of the drift's random walk,
+    /// samples' unit over root second; NaN if unknown.
     fn densities(&self) -> [T; 2];
 
-    /// Bias instability B as learned, of flicker of the two-sided density B²/(2πf), in the unit of
-    /// the samples; NaN where it is not known.
+    /// Learned bias instability B in the samples' unit, for flicker with the two-sided density
+    /// B²/(2πf); NaN if unknown.
     fn bias_instability(&self) -> T;
 
-    /// Standard deviation of the mean drift over the next `seconds` about the bias; none where the
-    /// method cannot say.
+    /// Standard deviation of the mean drift over the next `seconds`, relative to the bias; `None`
+    /// if the method has no such value.
     fn bias_sigma_over(&self, _seconds: f64) -> Option<Result<T, Error>> {
         None
     }
 
-    /// Number of shortened steps of the process noise.
+    /// Number of process-noise steps that were shortened.
     fn guard_count(&self) -> u64 {
         0
     }
 
-    /// Number of runs of outliers so long that they were accepted as a step of the signal.
+    /// Number of outlier runs that were accepted as a step of the signal.
     fn exit_count(&self) -> u64 {
         0
     }
 
-    /// Number of restarts after its scale was wrong by many orders.
+    /// Number of restarts after the scale was wrong by orders of magnitude.
     fn restarts(&self) -> u64 {
         0
     }
@@ -203,13 +205,14 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         Tally::default()
     }
 
-    /// Puts down what it was started with, as the numbers of a [`Start`]; false if it learned that
-    /// itself.
+    /// Writes the stated start as the numbers of a [`Start`]; false if the filter learned its
+    /// start.
     fn write_start(&self, _numbers: &mut [f64]) -> bool {
         false
     }
 
-    /// The sensor was switched off and on: forgets the drift but not the noise. False if it can't.
+    /// For a sensor that was switched off and on: forgets the drift but not the noise. False if the
+    /// filter cannot.
     fn power_on(&mut self) -> bool {
         false
     }

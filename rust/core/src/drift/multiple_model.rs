@@ -1,15 +1,15 @@
-//! Multiple-model Kalman bank (Magill 1965): one filter for each strength of the drift's random
+//! Multiple-model Kalman bank (Magill 1965): filters with different strengths of the drift's random
 //! walk, weighed by their likelihoods.
 //!
-//! A member assumes a process noise q of its own, as a ratio to the white noise; the ratios lie on
-//! a grid that spans all gyros, with one member for no drift at all. What was measured is the mean
-//! of a block, while the drift moves on inside it: with P at the start of a block of length t, the
-//! mean differs from the start by variance q t/3, the end by q t, and they share q t/2. So both
-//! innovation variance and gain are exact however long the block is.
+//! Each member assumes its own process noise q, as a ratio to the white noise. The ratios lie on a
+//! grid that spans all gyros; one member has no drift. The measurement is the mean of a block, and
+//! the drift moves within the block. For a block of length t, the mean differs from the drift at
+//! the start by variance q t/3, and the drift at the end by q t. Their covariance is q t/2. With
+//! these values innovation variance and gain are exact for any block length.
 //!
-//! The scale of all variances is unknown too. With a scaled inverse chi-squared prior its
-//! likelihood has the closed form of Student's t: West & Harrison, *Bayesian Forecasting and
-//! Dynamic Models*, 2nd ed. 1997, sections 4.5 (scale) and 12.2 (weights of several models).
+//! The scale of all variances is unknown, too. With a scaled inverse chi-squared prior the
+//! likelihood is Student's t in closed form: West & Harrison, *Bayesian Forecasting and Dynamic
+//! Models*, 2nd ed. 1997, sections 4.5 (scale) and 12.2 (weights of several models).
 #![allow(non_snake_case)]
 
 use nalgebra::SVector;
@@ -18,17 +18,17 @@ use serde::{Deserialize, Serialize};
 use crate::math::validity::{is_size, is_within};
 use crate::math::{Fours, Limits, OnRows, Real, widest};
 
-/// Members: no drift, then two ratios a decade.
+/// Number of members: one without drift, then two ratios per decade.
 pub const MEMBERS: usize = 22;
 
-/// Ratio of a member's process noise in a block to the white noise of that block.
+/// Smallest ratio of a member's process noise in a block to the block's white noise.
 const MIN_NOISE_RATIO: f64 = 1e-8;
 const NOISE_RATIO_STEP: f64 = 3.162_277_660_168_379_5;
 
-/// Weight at the start of the member without drift; the others share the rest.
+/// Initial weight of the member without drift; the other members share the rest.
 const NO_DRIFT_WEIGHT: f64 = 0.3;
 
-/// Blocks after which evidence counts for 1/e: devices warm up and calm down.
+/// Number of blocks after which evidence has the weight 1/e: sensors warm up and calm down.
 const TIME_CONSTANT_BLOCKS: f64 = 500.0;
 
 /// Degrees of freedom of the scale before the first block.
@@ -36,25 +36,25 @@ pub(super) const DEGREES_OF_FREEDOM: f64 = 2.0;
 
 type Each<T> = SVector<T, MEMBERS>;
 
-/// The mean of a block of samples, or of what there is of it.
+/// Mean of a block of samples, which may be incomplete.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockMean<T> {
-    /// The mean.
+    /// Mean value.
     pub mean: T,
-    /// Variance of its white noise.
+    /// Variance of the mean's white noise.
     pub noise: T,
-    /// Its length in full blocks.
+    /// Length in full blocks.
     pub time: T,
 }
 
-/// The drift on average over the members.
+/// Drift averaged over the members.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixture<T> {
     /// Mean of the drift.
     pub mean: T,
-    /// Its variance, disagreement of the members included.
+    /// Variance of the drift, including the disagreement of the members.
     pub variance: T,
-    /// Mean of the members' own variances, as [`BlockMean::noise`] not yet scaled.
+    /// Mean of the members' own variances, unscaled as [`BlockMean::noise`].
     pub P: T,
 }
 
@@ -70,7 +70,7 @@ struct Step<T> {
 }
 
 impl<T: Real> Step<T> {
-    /// The drift at the block's end, for a drift `x` at its start.
+    /// The drift at the block's end, if it is `x` at its start.
     #[inline(always)]
     fn end(&self, x: T) -> T {
         x + self.K * self.innovation
@@ -85,21 +85,21 @@ pub struct KalmanBank<T> {
     q: Each<T>,
     /// Drift at the end of the last block.
     x: Each<T>,
-    /// Its variance, as `q` in units of the scale.
+    /// Variance of the drift, unscaled as `q`.
     P: Each<T>,
-    /// Sum of the normalised squared innovations.
+    /// Sum of the squared normalised innovations.
     S: Each<T>,
     /// Degrees of freedom of the scales.
     degrees: T,
-    /// Logarithm of the likelihood over that of the best.
+    /// Logarithm of the likelihood relative to the best member.
     evidence: Each<T>,
     weight: Each<T>,
-    /// Sum of the weights before they were normalised: likelihood of all over that of the best.
+    /// Sum of the weights before normalisation: total likelihood relative to the best member.
     likelihood: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
-    /// Members for blocks whose mean has white noise of variance about `noise`.
+    /// Members for blocks with white noise of variance about `noise`.
     pub fn new(noise: T) -> Self {
         let mut ratio = MIN_NOISE_RATIO / NOISE_RATIO_STEP;
         let q = Each::from_fn(|m, _| {
@@ -118,20 +118,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         }
     }
 
-    /// A new drift, with everything that was learned about the noise.
+    /// Begins a new drift and keeps the learned noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         self.x = Each::repeat(mean);
         self.P = Each::repeat(variance);
     }
 
-    /// Time passes without a measurement.
+    /// Lets time pass without a measurement.
     pub fn wait(&mut self, blocks: T) {
         for m in 0..MEMBERS {
             self.P[m] = (self.P[m] + self.q[m] * blocks).at_most(T::MAX_COVARIANCE);
         }
     }
 
-    /// The drift at the end of a block, perhaps not yet full.
+    /// The drift at the end of a block, which may be incomplete.
     #[inline]
     pub fn filtered(&self, block: &BlockMean<T>) -> Mixture<T> {
         self.mixture(|m| {
@@ -140,7 +140,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         })
     }
 
-    /// The drift when no block has begun.
+    /// The drift if no block has begun.
     pub fn predicted(&self) -> Mixture<T> {
         self.mixture(|m| (self.x[m], self.P[m]))
     }
@@ -160,14 +160,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         self.degrees
     }
 
-    /// No block has been seen.
+    /// True before the first block.
     pub fn is_fresh(&self) -> bool {
         self.degrees == T::of(DEGREES_OF_FREEDOM)
     }
 
-    /// Sums over the members by other priors, of no drift and of all walks: of the likelihood over
-    /// that of the best, and of that times the variance about the estimate, to which each walk adds
-    /// its process noise of so many blocks; `all` is what [`predicted`](Self::predicted) returns.
+    /// Two sums over the members with other priors, `priors`, of no drift and of all walks. The
+    /// first sums the likelihoods relative to the best member. The second weighs by them the
+    /// variance about the estimate, to which each walk adds its process noise of `blocks` blocks.
+    /// `all` is the result of [`predicted`](Self::predicted).
     pub fn reweighed(&self, all: &Mixture<T>, priors: [T; 2], blocks: T) -> [T; 2] {
         let none = priors[0] * T::of(1.0 / NO_DRIFT_WEIGHT) * self.likelihood * self.weight[0];
         let walks = priors[1] * T::of(1.0 / (1.0 - NO_DRIFT_WEIGHT)) * self.likelihood;
@@ -179,7 +180,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         [none + walks * others, none * without + walks * variance]
     }
 
-    /// Process noise of a block, on average over the members.
+    /// Process noise of a block, averaged over the members.
     pub fn process_noise(&self) -> T {
         let mut noise = T::zero();
         for m in 0..MEMBERS {
@@ -188,10 +189,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         noise
     }
 
-    /// Mean and variance over members of given means and variances.
+    /// Mean and variance over members, from each member's mean and variance.
     #[inline(always)]
     fn mixture(&self, member: impl Fn(usize) -> (T, T)) -> Mixture<T> {
-        // First each by itself, several in a register, and then the sums, whose order counts.
+        // Each member first, several per register; then the sums, in a fixed order.
         let (mut x, mut own) = (Each::zeros(), Each::zeros());
         for m in 0..MEMBERS {
             (x[m], own[m]) = member(m);
@@ -210,7 +211,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         Mixture { mean: origin + mean, variance: scaled / self.degrees + spread, P }
     }
 
-    /// All Kalman steps; returns squared innovations over their variances, and these.
+    /// All Kalman steps; returns squared innovations over their variances, and these variances.
     #[inline(always)]
     fn advance(&mut self, block: &BlockMean<T>) -> (Each<T>, Each<T>) {
         let (mut square, mut variance) = (Each::zeros(), Each::zeros());
@@ -247,12 +248,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         self.S[m] / self.degrees
     }
 
-    /// Adds one innovation, squared and over its variance, to the evidence and the scale.
+    /// Adds one squared innovation over its variance to the evidence and the scale.
     fn weigh_in(&mut self, m: usize, square: T, variance: T) {
         let spread = (variance * self.scale(m)).ln();
         let tail = (square / self.S[m]).ln_1p() * (self.degrees + T::one());
         self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5);
-        // A sensor that is stuck for days would bring it to zero, whose logarithm is infinite.
+        // A sensor that is stuck for days would reduce it to zero, with an infinite logarithm.
         self.S[m] = (self.S[m] * kept::<T>() + square).at_least(T::VARIANCE_FLOOR);
     }
 
@@ -285,7 +286,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> OnRows for Correction<'_, T
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
-    /// True if blocks of means within `reach` can have made it of `fresh`.
+    /// True if blocks with means within `reach` can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
         let (zero, most) = (T::zero(), T::MAX_DIFFERENCE);
@@ -303,7 +304,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     }
 }
 
-/// The part of the evidence that a block leaves.
+/// Factor of the evidence that remains after a block.
 pub(super) fn kept<T: Real>() -> T {
     T::of(1.0 - 1.0 / TIME_CONSTANT_BLOCKS)
 }

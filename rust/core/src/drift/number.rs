@@ -1,4 +1,4 @@
-//! Numbers that drift filters are made of.
+//! Number types of drift filters.
 
 use crate::stream::Number;
 #[cfg(feature = "std")]
@@ -7,15 +7,15 @@ use crate::{
     stream::Block,
 };
 
-/// A number that drift filters are made of, and whether several of them share a register.
+/// A number type of drift filters: one number, or several that share a register.
 pub trait DriftNumber: Number {
-    /// The number of filters in one.
+    /// Number of filters in one number.
     #[cfg(feature = "std")]
     fn lane_count() -> usize {
         1
     }
 
-    /// Fills a block by filters of one a channel.
+    /// Processes a block by published filters, one per channel.
     #[cfg(feature = "std")]
     fn process_block<const N: usize, const M: usize>(
         filters: &mut [DriftFilter<Self, N, M>],
@@ -26,7 +26,7 @@ pub trait DriftNumber: Number {
         }
     }
 
-    /// The same by filters that tune themselves.
+    /// Processes a block by filters that tune themselves.
     #[cfg(feature = "std")]
     fn process_block_of_auto(filters: &mut [AutoFilter<Self>], block: &mut Block<'_>) {
         for (channel, filter) in filters.iter_mut().enumerate() {
@@ -57,8 +57,8 @@ impl DriftNumber for f64 {
     }
 }
 
-/// Does the work of so many filters in the widest registers that they fill at least half of: in wider
-/// ones, which are slower, a row of two would cost more than one after the other.
+/// Selects the widest registers that this number of filters fills at least half. Wider registers
+/// are slower: a row of two filters would take longer than one filter after the other.
 #[cfg(feature = "std")]
 fn dispatch<W: pulp::WithSimd>(filters: usize, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]

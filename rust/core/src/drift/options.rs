@@ -1,7 +1,7 @@
 //! The table of all options of a drift filter.
 //!
-//! Signatures, the command line, documentation and errors use [`OPTIONS`]: a new option is a field
-//! of [`Params`] (or [`Behaviour`]) and a row here.
+//! Signatures, command line, documentation and errors use [`OPTIONS`]. A new option needs a field
+//! of [`Params`] or [`Behaviour`] and a row here.
 
 use super::robust::ZONES_EXPECTED;
 use super::{AutoParams, Behaviour, Method, Params, RobustParams, Zones};
@@ -18,7 +18,7 @@ pub struct Options {
     pub order: (usize, usize),
     /// Numeric parameters; the self-tuning filter uses `rate`, `startup` and `scale`.
     pub params: Params,
-    /// Zones of method robust, which otherwise equals akf; `None` for other methods.
+    /// Zones of method "robust", which otherwise equals "akf"; `None` for other methods.
     pub robust: Option<RobustParams>,
     /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
@@ -42,7 +42,7 @@ impl Options {
             order: (2, 1),
             params: Params { rate, method: method.unwrap_or(params.method), ..params },
             robust: None,
-            // Of the published methods none knows motion.
+            // No published method detects motion by default.
             behaviour: Behaviour { hold_in_motion: method.is_none(), ..behaviour },
             limits: RestLimits::default(),
         }
@@ -61,7 +61,7 @@ impl Options {
         Some(Self::of(method, rate))
     }
 
-    /// The defaults of the robust method: the model of its source is of first order.
+    /// Defaults of the robust method: its source uses a model of first order.
     fn of_robust(rate: f64) -> Self {
         let robust = Some(RobustParams::default());
         Self { order: (1, 0), robust, ..Self::of(Some(Method::Akf), rate) }
@@ -123,21 +123,21 @@ pub enum Kind {
 /// One row of the table.
 #[derive(Debug, Clone, Copy)]
 pub struct DriftOption {
-    /// Its name in Python; on the command line with hyphens.
+    /// Name in Python; the command line uses hyphens.
     pub name: &'static str,
-    /// Kind of its values.
+    /// Kind of the values.
     pub kind: Kind,
-    /// Unit of a number, empty where it has none.
+    /// Unit of a number; empty without a unit.
     pub unit: &'static str,
-    /// Its range in words, for errors.
+    /// Range in words, for errors.
     pub expected: &'static str,
-    /// Its meaning, in one sentence without a full stop.
+    /// Meaning, in one sentence without a full stop.
     pub meaning: &'static str,
-    /// The methods that use it.
+    /// Methods that use the option.
     pub methods: &'static [&'static str],
-    /// Its value.
+    /// Returns the value.
     pub get: fn(&Options) -> Value,
-    /// Set a value of its kind.
+    /// Sets a value of the option's kind.
     pub set: fn(&mut Options, Value),
 }
 
@@ -176,7 +176,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "End of the sensor's range, from which on samples are missing",
+        meaning: "End of the sensor's range; samples at or beyond it count as missing",
         methods: &METHODS,
         get: |o| maybe(o.behaviour.limit),
         set: |o, value| set_maybe(&mut o.behaviour.limit, value),
@@ -294,8 +294,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::PairOr(&[AS_PUBLISHED]),
         unit: "",
         expected: ZONES_EXPECTED,
-        meaning: "Normalised innovation from which a sample is an outlier, and share of it from which the \
-                  innovation is bounded",
+        meaning: "Thresholds kappa,beta: above kappa standard deviations of the innovation a sample is an \
+                  outlier; above beta times kappa its innovation is bounded",
         methods: ROBUST,
         get: |o| match robust(o).zones {
             Zones::Published => Value::Word(AS_PUBLISHED),
@@ -357,10 +357,10 @@ pub fn option(name: &str) -> Option<&'static DriftOption> {
 }
 
 impl Options {
-    /// These options, if each number is in its range.
+    /// The options, if each number is in its range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first number out of range.
     pub fn validate(self) -> Result<Self, Error> {
         let (params, behaviour) = (self.params.validate()?, self.behaviour.validate()?);
         let robust = self.robust.map(RobustParams::validate).transpose()?;
@@ -368,7 +368,7 @@ impl Options {
     }
 }
 
-/// The zones, or, of a method without, those that it would have.
+/// The zones; for a method without zones, the defaults.
 fn robust(options: &Options) -> RobustParams {
     options.robust.unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Parameters of a drift filter, and what follows from them once the rate is known.
+//! Parameters of a drift filter, and values that follow from them and the rate.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,10 +9,10 @@ use crate::error::{
 };
 use crate::math::{Limits, Real};
 
-/// Adaptive noise covariances: the three filters of Fu & Han are variants of one.
+/// Adaptation of the noise covariances: it distinguishes the three filters of Fu & Han.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Method {
-    /// G and R stay as after the start-up window.
+    /// G and R keep their values from the start-up window.
     Kf,
     /// R follows the Allan variance with equal weights; G is constant.
     Akf,
@@ -24,17 +24,17 @@ pub enum Method {
 /// Input of a filter, treatment of motion, and output.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
-    /// Size from which a sample is saturated and counts as missing.
+    /// Saturation level: a sample of this size or more counts as missing.
     pub limit: Option<f64>,
     /// Outliers count as missing.
     pub reject_outliers: bool,
-    /// Samples in motion count as missing, and the two ticks in which motion began are undone.
+    /// Samples in motion count as missing, and learning in a motion's first two ticks is undone.
     pub hold_in_motion: bool,
     /// The output is the sample minus the drift, instead of the drift.
     pub compensated: bool,
 }
 
-/// That of a filter that removes the bias of a sensor which also moves.
+/// Behaviour of a filter that removes the bias of a moving sensor.
 impl Default for Behaviour {
     fn default() -> Self {
         Self { hold_in_motion: true, compensated: true, ..Self::PUBLISHED }
@@ -49,19 +49,19 @@ impl Behaviour {
     /// The behaviour, if its limit is a positive number.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not.
+    /// [`Error::Parameter`] if it is not positive.
     pub fn validate(self) -> Result<Self, Error> {
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
         Ok(self)
     }
 
-    /// True if a sample is at the end of the sensor's range.
+    /// True if a sample is saturated.
     #[inline(always)]
     pub(crate) fn saturates<T: Limits + Real<Element = T, SimdBool = bool>>(self, z: T) -> bool {
         self.limit.is_some_and(|limit| z.simd_abs() >= T::of(limit) && z.finite())
     }
 
-    /// The output for a sample with known drift, NaN where the sample is missing.
+    /// Output for a sample with known drift, NaN if the sample is missing.
     #[inline(always)]
     pub(crate) fn output<T>(self, z: T, drift: T) -> T
     where
@@ -90,13 +90,13 @@ pub struct Params {
     pub adapt_for: Option<f64>,
     /// Forgetting factor λ of the drift model's least squares in (0, 1].
     pub forgetting_factor: f64,
-    /// Initial process noise G₀, and covariance P₀, in start-up variances.
+    /// Initial process noise G₀ and covariance P₀, as shares of the start-up variance.
     pub process_noise: f64,
-    /// Number of samples that G₀ counts as, in the weight 1/k of Sage-Husa.
+    /// Weight of G₀ in samples, in the weight 1/k of Sage-Husa.
     pub process_noise_memory: f64,
-    /// Length of the start-up window in seconds.
+    /// Length of the start-up window, s.
     pub startup: f64,
-    /// Standard deviation of the noise in the unit of the samples, if known.
+    /// Standard deviation of the noise in the samples' unit, if known.
     pub scale: Option<f64>,
 }
 
@@ -117,14 +117,14 @@ impl Default for Params {
     }
 }
 
-/// Fewest samples of a start-up window, whatever the rate.
+/// Smallest number of samples in a start-up window, at any rate.
 const MIN_STARTUP_SAMPLES: f64 = 10.0;
 
 impl Params {
     /// The parameters, if each is in its range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first parameter out of range.
     pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         check_fading(self.fading)?;
@@ -156,13 +156,13 @@ impl Params {
         self.method == Method::Fading
     }
 
-    /// The memory of the measurement noise: equal weights unless the method fades.
+    /// Fading factor of the measurement noise: 1 unless the method fades.
     pub(crate) fn fading_factor(&self) -> f64 {
         if self.method == Method::Fading { self.fading } else { 1.0 }
     }
 }
 
-/// Samples of a start-up window.
+/// Number of samples in a start-up window.
 fn window(rate: f64, startup: f64) -> u64 {
     rounded((startup * rate).max(MIN_STARTUP_SAMPLES))
 }

@@ -1,7 +1,7 @@
 //! The robust filter of Wu & Ran 2021 (section 2): three zones of the innovation.
 //!
-//! It equals [`DriftFilter`] with `akf`, but classifies every innovation before its use. An
-//! addition to the source is an exit from rejection, since a step of the signal is not an outlier.
+//! It equals [`DriftFilter`] with `akf`, but classifies every innovation before its use. Unlike the
+//! source it can leave rejection: a step of the signal is not an outlier.
 #![allow(non_snake_case)]
 
 mod validity;
@@ -38,7 +38,7 @@ impl<T, const N: usize, const M: usize> RobustFilter<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// A filter that has seen nothing; R adapts as that of [`Method::Akf`], whatever the method of
+    /// A filter before its first sample. R adapts as in [`Method::Akf`], for any method in
     /// `params`.
     ///
     /// # Errors
@@ -68,14 +68,14 @@ where
     fn advance(&mut self, z: T) -> T {
         let gate = &mut self.gate;
         let estimate = self.filter.advance_by(z, |inner, scaling, z| step(inner, gate, scaling, z));
-        // The scale was proved wrong, and with it all innovations.
+        // The scale was proved wrong, and all innovations with it.
         if !self.filter.ready() {
             self.gate.restart();
         }
         estimate
     }
 
-    /// Gain of an outlier, from what it left of the covariance.
+    /// Gain of an outlier, from the covariance after it.
     fn damped_gain(&self) -> SVector<T, N> {
         let (inner, law) = (&self.filter.inner, &self.gate.law);
         let S = inner.last.variance;
@@ -88,7 +88,7 @@ fn adapting(params: Params) -> Params {
     Params { method: Method::Akf, ..params }
 }
 
-/// One sample after the start-up.
+/// Processes one sample after the start-up.
 #[inline(always)]
 fn step<T, const N: usize, const M: usize>(
     inner: &mut DriftLoop<T, N, M>,
@@ -108,7 +108,7 @@ where
     (scaling.raw(y), true, false)
 }
 
-/// State, noise and model after the sample `y`, as its innovation deserves.
+/// Updates state, noise and model by the sample `y`, according to the zone of its innovation.
 #[inline(always)]
 fn gate_sample<T, const N: usize, const M: usize>(
     inner: &mut DriftLoop<T, N, M>,
@@ -133,8 +133,8 @@ fn gate_sample<T, const N: usize, const M: usize>(
         Verdict::Damped(gain, fall) => damp(&mut inner.state, &prior, innovation, R, gain, fall),
         Verdict::Corrected(shift) => {
             prior.x[0] += shift;
-            // As printed, the innovation is not computed again: what the prediction moves by, the
-            // gain adds once more.
+            // As in the paper the innovation is not computed again: the gain adds the prediction's
+            // shift a second time.
             let again = if gate.law.zones == Zones::Published { shift } else { T::zero() };
             inner.state.correct(&prior, y + again, true, R)
         }
@@ -143,7 +143,7 @@ fn gate_sample<T, const N: usize, const M: usize>(
     inner.last = Correction { innovation, ..last };
 }
 
-/// The sample that model and noise learn: none, NaN, for an outlier, unless as published.
+/// The sample that model and noise learn; NaN for an outlier, except in the published form.
 #[inline(always)]
 fn learning_sample<T>(verdict: &Verdict<T>, law: &RobustParams, predicted: T, y: T) -> T
 where
@@ -156,15 +156,15 @@ where
     }
 }
 
-/// The share that is left of the first row of a covariance that falls by `fall` times `S K Kᵀ`,
-/// where `ratio` is R/S.
+/// Share of the covariance's first row that remains if the covariance decreases by `fall` times
+/// `S K Kᵀ`; `ratio` is R/S.
 #[inline(always)]
 fn decay<T: Real>(fall: T, ratio: T) -> T {
     T::one() - fall + fall * ratio
 }
 
-/// [`State::correct`] by the part `damping` of the gain; the covariance falls by `fall` times
-/// `S K Kᵀ`, in Joseph's form 2α - α².
+/// [`State::correct`] with the share `damping` of the gain. The covariance decreases by `fall`
+/// times `S K Kᵀ`, in Joseph's form 2α - α².
 #[inline(always)]
 fn damp<T: Real, const N: usize>(
     state: &mut State<T, N>,
@@ -186,8 +186,8 @@ fn damp<T: Real, const N: usize>(
     Correction { innovation, variance, inverse }
 }
 
-/// Opens a prediction to a step of the level: every `y`, and the constant that keeps them where
-/// they are, stand at the level predicted, whose variance becomes `variance` if it is not more.
+/// Opens a prediction to a step of the level. Every `y`, and the constant that keeps them there,
+/// get the predicted level, with variance `variance` if this is larger.
 #[cold]
 fn open_level<T, const N: usize>(prior: &mut State<T, N>, row: &SVector<T, N>, variance: T)
 where
@@ -221,7 +221,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for RobustFilter<T, 
         *self = filter;
     }
 
-    /// It holds plain numbers, which are copied at once, and not field by field.
+    /// The state is plain numbers, which are copied at once and not field by field.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)

@@ -1,11 +1,11 @@
-//! Process noise by Sage-Husa (FH 25), as the rank-one update that it is.
+//! Process noise by Sage-Husa (FH 25), written as a rank-one update.
 //!
-//! With `P = P⁻ - S K Kᵀ` and `P⁻ = A P Aᵀ + G`, FH 25 is exactly
-//! `G ← G + ((e² - S)/k) K Kᵀ`. Only `e² < S` can cost definiteness. `G + α K Kᵀ` stays above a
-//! floor as long as `1 + α Kᵀ (G - floor)⁻¹ K ≥ 0`, which bounds the negative step.
+//! With `P = P⁻ - S K Kᵀ` and `P⁻ = A P Aᵀ + G`, FH 25 is exactly `G ← G + ((e² - S)/k) K Kᵀ`. `G`
+//! can become indefinite only if `e² < S`. `G + α K Kᵀ` stays above a floor while
+//! `1 + α Kᵀ (G - floor)⁻¹ K ≥ 0`. This bounds the negative step.
 //!
-//! Everything is written with `S K`, the first column of `P⁻`, instead of `K`: it is there before
-//! the division by `S`, so the guard is decided early.
+//! The formulas use `S K`, the first column of `P⁻`, instead of `K`. This column is known before
+//! the division by `S`, and the guard can be decided early.
 
 #![allow(non_snake_case)]
 
@@ -14,20 +14,20 @@ use nalgebra::{SVector, SimdBool};
 use super::kalman::Correction;
 use crate::math::{Aside, Real, Symmetric, choose};
 
-/// Headroom of `G` along `v vᵀ`: `height / slope`.
+/// Headroom of `G` along `v vᵀ`, which is `height / slope`.
 #[derive(Debug, Clone, Copy)]
 pub struct Headroom<T> {
-    /// Positive as long as `G` lies inside the floor.
+    /// Numerator, positive while `G` is above the floor.
     pub height: T,
-    /// Not negative.
+    /// Denominator, not negative.
     pub slope: T,
 }
 
 /// The headroom between `G` and `floor` times the identity in the direction of `v`.
 ///
-/// `vᵀ (G - floor)⁻¹ v` by symmetric elimination without a division: each row is multiplied by the
-/// pivot instead, which leaves a fraction whose denominator is a sum of squares. The trace of `G`
-/// must not be large, or the products overflow.
+/// `vᵀ (G - floor)⁻¹ v` is computed by symmetric elimination without a division. Each row is
+/// multiplied by the pivot instead; the denominator of the result is a sum of squares. The trace of
+/// `G` must not be large, since the products would overflow.
 #[inline(always)]
 pub fn headroom<T: Real, const N: usize>(
     G: &Symmetric<T, N>,
@@ -59,7 +59,7 @@ pub fn headroom<T: Real, const N: usize>(
     }
 }
 
-/// [`headroom`] for a `G` of any size, on a scale on which the products stay in range.
+/// [`headroom`] for a `G` of any size, scaled to keep the products in range.
 #[inline(always)]
 fn scaled_headroom<T: Real, const N: usize>(
     G: &Symmetric<T, N>,
@@ -78,10 +78,10 @@ fn scaled_headroom<T: Real, const N: usize>(
     Headroom { height: left.height * length * length, slope: left.slope * size }
 }
 
-/// Updates `G` by one corrected sample with weight `1/k`, never below `floor`; returns where the
-/// step had to be shortened.
+/// Updates `G` by one corrected sample with weight `1/k`, never below `floor`; returns a mask of
+/// shortened steps.
 ///
-/// `column` is `S K`; `large` says where a covariance is [large](super::State::is_large).
+/// `column` is `S K`; `large` is the mask of [large](super::State::is_large) covariances.
 #[inline(always)]
 pub fn adapt<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
@@ -100,22 +100,22 @@ pub fn adapt<T: Real, const N: usize>(
     guarded
 }
 
-/// The headroom above the floor of a `G` that is not large.
+/// Headroom above the floor, for a `G` that is not large.
 #[inline(always)]
 fn ordinary_headroom<T: Real, const N: usize>(
     G: &Symmetric<T, N>,
     floor: T,
     column: SVector<T, N>,
 ) -> Headroom<T> {
-    // The fifteen factors of four rows underflow on a small G.
+    // The fifteen factors of four rows underflow if G is small.
     match N {
         ..4 => headroom(G, floor, column),
         _ => scaled_headroom(G, floor, &column),
     }
 }
 
-/// [`adapt`] where, in some lane, the floor does not outweigh rounding: there `G` is settled before
-/// the step, which may take away nearly all of it and leave what was rounded, and after it.
+/// [`adapt`] if in some lane the floor does not outweigh rounding. `G` is then made definite before
+/// and after the step, since the step may remove nearly all of it and leave rounding errors.
 struct Large<'a, T: Real, const N: usize> {
     G: &'a mut Symmetric<T, N>,
     floor: T,
@@ -142,18 +142,18 @@ impl<T: Real, const N: usize> Aside for Large<'_, T, N> {
         let before = *G;
         add_rank_one(G, step, &column);
         G.settle(large);
-        // Of a G that is all but singular the headroom is rounding: such a step is not made.
+        // The headroom of an almost singular G is only rounding: such a step is left out.
         let broken = large & !G.semidefinite();
         G.assign_where(broken, &before);
         guarded | broken
     }
 }
 
-/// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, or as far as the headroom allows; and where it
-/// does not allow it.
+/// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, limited by the headroom; and a mask of limited
+/// factors.
 ///
-/// Without a branch: of white noise a quarter of the samples are guarded, which nothing foretells.
-/// The division does not wait for `S`.
+/// There is no branch: with white noise a quarter of the samples are guarded, in no predictable
+/// pattern. The division does not wait for `S`.
 #[inline(always)]
 fn bounded_step<T: Real>(sample: &Correction<T>, weight: T, left: Headroom<T>) -> (T, T::SimdBool) {
     let Correction { innovation, variance, inverse } = *sample;

@@ -1,4 +1,4 @@
-//! The model of one sensor: its noise, and its drift as far as it has been at rest.
+//! Model of one sensor: its noise, and its drift as learned at rest.
 
 mod validity;
 
@@ -12,16 +12,16 @@ use crate::math::{Limits, Real, choose};
 use crate::rest::Tick;
 use crate::stream::Scaling;
 
-/// Ticks of a block: two seconds of quarters.
+/// Number of ticks in a block: two seconds of quarters.
 const BLOCK: f64 = 8.0;
 
-/// Deviations of a sample beyond which it does not move the drift until its tick is complete.
+/// Standard deviations beyond which a sample does not move the drift before its tick is complete.
 const MAX_SAMPLE_SIGMAS: f64 = 4.0;
 
-/// Widens the interval that the walks alone give: no sensor's drift is quite a walk.
+/// Factor on the interval from the walks alone: no sensor's drift is exactly a walk.
 const SIGMA_FACTOR: f64 = 1.15;
 
-/// Standard deviation that is stated before the first block over that of the walks alone.
+/// Ratio of the stated standard deviation to the walks' value, before the first block.
 const FRESH_FACTOR: f64 = 2.0;
 
 /// Noise and drift, in units of the start-up.
@@ -29,21 +29,21 @@ const FRESH_FACTOR: f64 = 2.0;
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct SensorModel<T> {
     scaling: Scaling<T>,
-    /// Samples of a tick.
+    /// Number of samples in a tick.
     length: T,
     noise: TickNoise<T>,
     block: Block<T>,
     bank: KalmanBank<T>,
     flicker: FlickerBank<T>,
-    /// Variance of the mean drift over the next ten seconds, as of the last block.
+    /// Variance of the mean drift over the next ten seconds, at the last block.
     variance: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// The model after `samples` samples of a start-up at `rate`, whose noise is assumed white.
+    /// The model after a start-up of `samples` samples at `rate`; its noise is assumed to be white.
     ///
     /// # Errors
-    /// None for the constants in use.
+    /// None for the present constants.
     pub fn new(scaling: Scaling<T>, length: T, samples: T, rate: f64) -> Result<Self, Error> {
         let block = length * T::of(BLOCK);
         let seconds = block.to_subset().map_or(0.0, |samples: f64| samples / rate);
@@ -60,7 +60,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         Ok(learned)
     }
 
-    /// A new drift, from the mean of `samples` samples; the estimate of the noise stays.
+    /// Begins a new drift with the mean of `samples` samples; keeps the estimate of the noise.
     pub fn begin(&mut self, mean: T, samples: T) {
         let variance = self.sample_noise() / samples.at_least(T::one());
         self.bank.begin(mean, variance);
@@ -70,27 +70,27 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.noise.interrupt();
     }
 
-    /// [`begin`](Self::begin) with a mean in the unit of the samples.
+    /// [`begin`](Self::begin) with a mean in the samples' unit.
     pub fn begin_at(&mut self, mean: T, samples: T) {
         self.begin(self.scaling.normalise(mean), samples);
     }
 
-    /// Deviation of the start-up, in the unit of the samples.
+    /// Standard deviation of the start-up, in the samples' unit.
     pub fn scale(&self) -> T {
         self.scaling.scale()
     }
 
-    /// True if a tick's noise is far from the learned one: that was not rest.
+    /// True if a tick's noise is far from the learned noise: there was no rest.
     pub fn is_another(&self, tick: &Tick<T>) -> bool {
         self.noise.is_another(self.scaling.normalised_difference(tick.deviation))
     }
 
-    /// New noise, from its first tick; the estimate of the drift stays.
+    /// Begins new noise with its first tick; keeps the estimate of the drift.
     pub fn relearn_noise(&mut self, tick: &Tick<T>) {
         self.noise.relearn(self.scaling.normalised_difference(tick.deviation));
     }
 
-    /// A tick at rest; the drift then.
+    /// Learns from a tick at rest and returns the drift.
     pub fn learn(&mut self, tick: &Tick<T>) -> DriftNow<T> {
         let present = T::of(f64::from(tick.count));
         let mean = self.scaling.normalise(tick.mean);
@@ -107,14 +107,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.drift_of(&now)
     }
 
-    /// A tick in motion: the drift goes on unseen, and so does what the block has lost.
+    /// A tick in motion: the drift and the missing part of the block propagate without a
+    /// measurement.
     pub fn wait(&mut self) {
         self.noise.interrupt();
         let lost = self.block.restart();
         self.pass(lost + T::of(1.0 / BLOCK));
     }
 
-    /// Time passes, in blocks, without a measurement.
+    /// Lets time pass without a measurement, in blocks.
     fn pass(&mut self, blocks: T) {
         self.bank.wait(blocks);
         if self.flicker.wait(blocks) {
@@ -122,24 +123,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         }
     }
 
-    /// Notes what is stated of the drift from now on, given what the walks say.
+    /// Stores the stated standard deviation from now on, from the mixture of the walks.
     fn state(&mut self, all: &Mixture<T>) {
         self.variance = self.flicker.stated(&self.bank, all).variance;
     }
 
-    /// Standard deviation of the mean drift over the next `seconds`, of the drift now for zero.
+    /// Standard deviation of the mean drift over the next `seconds`; zero is the present drift.
     pub fn sigma_over(&self, seconds: f64) -> T {
         let of_walks = self.now().variance.simd_sqrt() * T::of(SIGMA_FACTOR);
         self.stated(self.flicker.over(seconds, &self.bank).variance, of_walks)
     }
 
-    /// Bias instability B, of flicker whose two-sided density is B²/(2πf).
+    /// Bias instability B, for flicker with the two-sided density B²/(2πf).
     pub fn bias_instability(&self) -> T {
         self.scaling.raw_difference(self.flicker.over(0.0, &self.bank).flicker.simd_sqrt())
     }
 
-    /// Standard deviation that is stated, given that of the walks: before the first block twice
-    /// that, which they rate too low.
+    /// Stated standard deviation, from the walks' standard deviation. Before the first block it is
+    /// twice the walks' value, which is then too small.
     fn stated(&self, variance: T, of_walks: T) -> T {
         self.scaling.raw_difference(match self.bank.is_fresh() {
             true => of_walks * T::of(FRESH_FACTOR),
@@ -147,7 +148,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         })
     }
 
-    /// The drift as the walks have it.
+    /// Drift estimated by the walks.
     #[inline]
     fn now(&self) -> Mixture<T> {
         match self.block.mean(self.sample_noise()) {
@@ -156,7 +157,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         }
     }
 
-    /// The drift now.
+    /// Present drift.
     #[inline]
     pub fn drift(&self) -> DriftNow<T> {
         self.drift_of(&self.now())
@@ -177,7 +178,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         }
     }
 
-    /// Variance of a sample's white noise: colour that averages out within a tick is not in it.
+    /// Variance of a sample's white noise, without coloured noise that averages out within a tick.
     pub fn white_noise(&self) -> T {
         self.scaling.raw_variance(self.sample_noise())
     }
@@ -193,7 +194,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.scaling.raw_variance(self.bank.process_noise() / samples)
     }
 
-    /// Variance of a sample, were the noise of the ticks' means white.
+    /// Variance of a sample if the noise of the ticks' means were white.
     #[inline]
     fn sample_noise(&self) -> T {
         self.noise.of_mean() * self.length
@@ -215,32 +216,32 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     }
 }
 
-/// Ticks after which a noise level counts for 1/e: a minute of quarter seconds.
+/// Number of ticks after which a noise level has the weight 1/e: a minute of quarter seconds.
 const TIME_CONSTANT_TICKS: f64 = 240.0;
 
-/// Ratio of variances that no noise of one sensor at rest has.
+/// Ratio of variances that no sensor at rest has.
 const MAX_VARIANCE_RATIO: f64 = 9.0;
 
-/// Ticks that a noise counts for which one tick has shown.
+/// Weight, in ticks, of a noise level from a single tick.
 const FIRST_NOISE_TICKS: u64 = 8;
 
 /// Variances of ticks' means and of samples, in units of the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 struct TickNoise<T> {
-    /// R of the ticks' means: noise that averages out within a tick is not in it.
+    /// R of the ticks' means, without noise that averages out within a tick.
     of_means: AllanNoise<T>,
     /// Variance of a sample about its tick's mean.
     of_samples: T,
-    /// Ticks that `of_samples` averages.
+    /// Number of ticks averaged in `of_samples`.
     ticks: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
-    /// White noise of unit variance, as known as after so many ticks of `length` samples.
+    /// White noise of unit variance, with the confidence of `ticks` ticks of `length` samples.
     ///
     /// # Errors
-    /// None for the constants in use.
+    /// None for the present constants.
     fn white(length: T, ticks: T) -> Result<Self, Error> {
         let fading = 1.0 - 1.0 / TIME_CONSTANT_TICKS;
         let mut of_means = AllanNoise::with_floor(fading, AllanKind::Allan, T::VARIANCE_FLOOR)?;
@@ -248,26 +249,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         Ok(Self { of_means, of_samples: T::one(), ticks })
     }
 
-    /// Takes mean and deviation of a tick.
+    /// Learns from the mean and standard deviation of a tick.
     fn observe(&mut self, mean: T, deviation: T) {
         self.of_means.observe(mean);
         self.ticks = (self.ticks + T::one()).at_most(T::of(TIME_CONSTANT_TICKS));
         self.of_samples += (deviation * deviation - self.of_samples) / self.ticks;
     }
 
-    /// The next tick does not follow the last one.
+    /// Notes that the next tick does not follow the last tick.
     fn interrupt(&mut self) {
         self.of_means.interrupt();
     }
 
-    /// True if samples of this standard deviation differ so much that the learned state was not
-    /// rest.
+    /// True if the standard deviation of samples is too far from the learned value for a rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
         now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known
     }
 
-    /// New noise, from the standard deviation of a tick.
+    /// Begins new noise with the standard deviation of a tick.
     fn relearn(&mut self, deviation: T) {
         let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
         let louder = variance / self.of_samples.at_least(T::VARIANCE_FLOOR);
@@ -277,7 +277,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         self.ticks = T::one();
     }
 
-    /// Largest variance of ticks' means: that of the largest differences.
+    /// Largest variance of ticks' means: the variance of the largest differences.
     fn most_of_means() -> T {
         T::MAX_INPUT * T::MAX_INPUT * T::of(4.0)
     }
@@ -297,11 +297,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
 /// Samples of a block to date, centred and scaled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Block<T> {
-    /// Samples of a full block.
+    /// Number of samples in a full block.
     length: T,
     /// Samples to date, missing ones included.
     elapsed: T,
-    /// Samples that were there.
+    /// Number of samples that were present.
     present: T,
     sum: T,
 }
@@ -312,7 +312,7 @@ impl<T: Real + PartialOrd> Block<T> {
         Self { length, elapsed: T::zero(), present: T::zero(), sum: T::zero() }
     }
 
-    /// An empty one in its place; returns the time that is given up, in blocks.
+    /// Begins an empty block; returns the time that is discarded, in blocks.
     fn restart(&mut self) -> T {
         let time = self.elapsed / self.length;
         *self = Self::new(self.length);
@@ -328,12 +328,12 @@ impl<T: Real + PartialOrd> Block<T> {
         }
     }
 
-    /// All its samples have passed.
+    /// True if all samples of the block have passed.
     fn is_full(&self) -> bool {
         self.elapsed >= self.length
     }
 
-    /// The mean to date, if a sample was there, given the noise of a single one.
+    /// Mean to date, if a sample was present, with the noise of a single sample.
     fn mean(&self, noise: T) -> Option<BlockMean<T>> {
         (self.present > T::zero()).then(|| BlockMean {
             mean: self.sum / self.present,
@@ -343,14 +343,14 @@ impl<T: Real + PartialOrd> Block<T> {
     }
 }
 
-/// The drift after a tick, in the unit of the samples.
+/// Drift after a tick, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DriftNow<T> {
     /// Mean.
     pub mean: T,
     /// Standard deviation of the mean drift over the next ten seconds.
     pub sigma: T,
-    /// Standard deviation of the drift as the walks alone have it: the one of the Kalman step.
+    /// Standard deviation of the drift from the walks alone, as in the Kalman step.
     pub walk_sigma: T,
     /// Propagation until the next tick.
     pub interim: Interim<T>,
@@ -361,12 +361,12 @@ pub struct DriftNow<T> {
 pub struct Interim<T> {
     /// Weight of a sample.
     pub gain: T,
-    /// The largest difference that counts, in the unit of the samples.
+    /// Largest difference that is used, in the samples' unit.
     pub most: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
-    /// Stands still.
+    /// A drift that is held.
     pub fn held() -> Self {
         Self { gain: T::zero(), most: T::zero() }
     }

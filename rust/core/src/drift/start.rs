@@ -7,25 +7,25 @@ use crate::error::Error;
 use crate::math::{Limits, Real};
 use crate::stream::{Field, Input, Number, Output, Shape};
 
-/// Largest normalised sample expected of a record, in its deviations: what a Gaussian record of a
-/// million samples reaches.
+/// Largest normalised sample expected in a record, in standard deviations: the maximum of a million
+/// Gaussian samples.
 pub(crate) const MAX_NORMALISED_SAMPLE: f64 = 5.0;
 
-/// Part of a variance that rounding and a text of ten digits can take from it, and no more.
+/// Largest share of a variance that is lost by rounding and by a text with ten digits.
 const PIVOT_ROUNDING: f64 = 1e-9;
 
-/// A model of a signal and its uncertainty, in the unit of the samples.
+/// Model of a signal and its uncertainty, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct Start<T, const N: usize, const M: usize> {
     /// Mean of the signal.
     pub offset: T,
-    /// Its deviation.
+    /// Standard deviation of the signal.
     pub scale: T,
     /// `[φ, θ, c]`.
     pub coefficients: SVector<T, M>,
-    /// Covariance of `[φ, θ, c/scale]` over the noise variance, the samples being centred and
-    /// scaled; limited to that of [`Rls::new`](super::Rls::new), which knows nothing.
+    /// Covariance of `[φ, θ, c/scale]` over the noise variance, for centred and scaled samples. It
+    /// is limited to the initial covariance of [`Rls::new`](super::Rls::new).
     pub covariance: SMatrix<T, M, M>,
     /// Variance R of the measurement noise.
     pub measurement_noise: T,
@@ -39,11 +39,11 @@ impl<T, const N: usize, const M: usize> Start<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// The start, if each number is in its range; offset and scale limited to what the type can
-    /// filter.
+    /// The start, if each number is in its range. Offset and scale are limited to the range of the
+    /// number type.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first number out of range.
     pub fn validate(self) -> Result<Self, Error> {
         require(self.offset.finite(), "offset", "finite", self.offset)?;
         let scale = self.scale;
@@ -68,13 +68,13 @@ where
         normalised.map(|c| c.within(T::MAX_LEARNED))
     }
 
-    /// A variance of the signal in those of the centred and scaled one.
+    /// A variance of the signal, converted to the centred and scaled signal.
     pub(crate) fn normalised_variance(&self, variance: T) -> T {
         let ratio = T::one() / self.scale;
         (variance * ratio * ratio).at_most(T::MAX_COVARIANCE)
     }
 
-    /// The state's covariance in variances of the signal, semidefinite to rounding.
+    /// Covariance of the state in variances of the signal, semidefinite to rounding.
     pub(crate) fn normalised_state_covariance(&self) -> Result<SMatrix<T, N, N>, Error> {
         let bound = T::MAX_COVARIANCE;
         let ratio = T::one() / self.scale;
@@ -83,7 +83,7 @@ where
     }
 }
 
-// The matrices are symmetric: column after column equals row after row.
+// The matrices are symmetric: columns equal rows.
 impl<T: Number, const N: usize, const M: usize> Input for Start<T, N, M> {
     const NUMBERS: usize = 4 + M + M * M + N * N;
 
@@ -126,7 +126,7 @@ impl<T: Number, const N: usize, const M: usize> Output for Start<T, N, M> {
     }
 }
 
-/// `U D Uᵀ` with a unit upper triangle.
+/// Factors `U D Uᵀ` with a unit upper triangle.
 #[derive(Debug)]
 pub(crate) struct Factors<T, const K: usize> {
     pub unit_upper: SMatrix<T, K, K>,
@@ -140,21 +140,21 @@ where
     /// The factors of a symmetric positive semidefinite matrix (Bierman 1977, III.4).
     ///
     /// # Errors
-    /// [`Error::Parameter`] under this name if it is none.
+    /// [`Error::Parameter`] with this name for any other matrix.
     pub fn of(name: &'static str, matrix: &SMatrix<T, K, K>) -> Result<Self, Error> {
         let mut rest = *matrix;
         let mut factors = Self { unit_upper: SMatrix::identity(), diagonal: SVector::zeros() };
-        // By how much each pivot may be negative.
+        // Amount by which rounding may make each pivot negative.
         let mut lost = matrix.diagonal() * T::of(PIVOT_ROUNDING).at_least(T::ROUNDING);
         for j in (0..K).rev() {
             check_column(name, matrix, j)?;
             let variance = matrix[(j, j)];
             let pivot = rest[(j, j)];
             require(pivot >= -lost[j], name, "symmetric positive semidefinite", pivot)?;
-            // A direction without variance, or with what rounding left of it, is known.
+            // A direction without variance, except for rounding, is exactly known.
             if pivot > T::ROUNDING * T::of(K as f64) * variance {
                 factors.eliminate(name, &mut rest, j)?;
-                // Of a small pivot, what it lost counts much in those that are left.
+                // The rounding error of a small pivot affects the other pivots strongly.
                 let own = lost[j];
                 for i in 0..j {
                     let u = factors.unit_upper[(i, j)];
@@ -165,7 +165,7 @@ where
         Ok(factors)
     }
 
-    /// Takes column `j` out of what is left of the matrix.
+    /// Removes column `j` from the remaining matrix.
     fn eliminate(
         &mut self,
         name: &'static str,
@@ -185,7 +185,7 @@ where
         Ok(())
     }
 
-    /// The matrix that they are the factors of.
+    /// The matrix with these factors.
     pub fn product(&self) -> SMatrix<T, K, K> {
         SMatrix::from_fn(|i, j| {
             let columns = self.unit_upper.column_iter().zip(self.diagonal.iter());
@@ -194,7 +194,7 @@ where
     }
 }
 
-/// Column `j` down to the diagonal is finite and equals its row.
+/// Checks that column `j` down to the diagonal is finite and equals its row.
 fn check_column<T, const K: usize>(
     name: &'static str,
     matrix: &SMatrix<T, K, K>,

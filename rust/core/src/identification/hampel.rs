@@ -4,27 +4,28 @@ use std::ops::Range;
 
 use crate::work;
 
-/// The standard deviation of Gaussian samples over their median absolute deviation.
+/// Standard deviation of Gaussian samples over their median absolute deviation.
 const DEVIATION_OF_MAD: f64 = 1.482_602_218_505_602;
 
-/// Samples after which work that was asked to stop does.
+/// Number of samples between two checks for a stop.
 const SAMPLES_PER_CHECK: usize = 64;
 
-/// The window and what lies outside of it.
+/// Window and threshold of the outlier test.
 #[derive(Debug, Clone, Copy)]
 pub struct Hampel {
-    /// Samples of a window: as many before its sample as after it, one more before if even.
+    /// Number of samples in a window: as many before its sample as after it, one more before if
+    /// even.
     pub width: usize,
-    /// Deviations from the median beyond which a sample is an outlier.
+    /// Distance from the median, in standard deviations, beyond which a sample is an outlier.
     pub threshold: f64,
-    /// Lower bound of the standard deviation: a coarse record's own may be 0.
+    /// Smallest standard deviation: a coarse record's own may be 0.
     pub least_deviation: f64,
 }
 
 impl Hampel {
-    /// Replaces outliers of `record` by the median of their window, and returns where they are.
+    /// Replaces outliers of `record` by the median of their window, and returns their indices.
     ///
-    /// Windows end where the record ends, and what is not finite is not in them.
+    /// Windows end at the ends of the record, and values that are not finite are not in them.
     pub fn clean(&self, record: &mut [f64]) -> Vec<usize> {
         let mut window = Window::with_capacity(self.width.min(record.len()));
         let (mut within, mut found) = (0..0, Vec::new());
@@ -53,7 +54,7 @@ impl Hampel {
             let deviation = (DEVIATION_OF_MAD * mad).max(self.least_deviation);
             (z - median).abs() > self.threshold * deviation
         };
-        // Few samples are as far as the lower limit, which costs nothing.
+        // Few samples exceed the lower limit, which is found without a search.
         let found =
             far(window.least_median_distance(median)) && far(window.median_distance(median));
         found.then_some(median)
@@ -93,7 +94,7 @@ impl Window {
         self.0.remove(self.rank(z));
     }
 
-    /// Removes one and inserts another, moving only what lies between them.
+    /// Removes one value and inserts another; only the values between them move.
     fn replace(&mut self, old: f64, new: f64) {
         let (hole, index) = (self.rank(old), self.rank(new));
         if hole < index {
@@ -115,7 +116,8 @@ impl Window {
         midpoint(lower, upper)
     }
 
-    /// A lower limit of the next: of the nearer half of all, a half lies on one side.
+    /// Lower limit of the median distance: among the nearer half of all values, half of them lie on
+    /// one side.
     fn least_median_distance(&self, median: f64) -> f64 {
         let (half, quarter) = (self.0.len() / 2, (self.0.len() / 2).div_ceil(2));
         match quarter {
@@ -124,7 +126,7 @@ impl Window {
         }
     }
 
-    /// Median of the distances from the median: they rise to both sides of it.
+    /// Median of the distances from the median; they increase on its two sides.
     fn median_distance(&self, median: f64) -> f64 {
         let n = self.0.len();
         let (mut below, mut above) = (n / 2, n / 2);
@@ -141,7 +143,7 @@ impl Window {
     }
 }
 
-/// The mean of two values, of which the sum may be too great.
+/// Mean of two values whose sum may overflow.
 fn midpoint(a: f64, b: f64) -> f64 {
     0.5 * a + 0.5 * b
 }

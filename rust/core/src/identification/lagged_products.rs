@@ -1,20 +1,20 @@
-//! Lagged products of a record, which its correlations are made of.
+//! Lagged products of a record, for its correlations.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::math::segments::segments;
 use crate::work;
 
-/// Samples that stay in the cache while every lag passes over them.
+/// Number of samples that stay in the cache for all lags.
 const BLOCK: usize = 2048;
 
-/// Lags after which work that was asked to stop does.
+/// Number of lags between two checks for a stop.
 const LAGS_PER_CHECK: usize = 256;
 
-/// Independent sums, which hide the time that one addition takes.
+/// Number of independent sums, which hide the time of an addition.
 const SUMS: usize = 4;
 
-/// Sums of products of samples so many apart, within segments.
+/// Sums of products of samples at each lag, within segments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaggedProducts {
     /// Sum of z_k z_(k+l) for l = 0, 1, ...
@@ -23,7 +23,7 @@ pub struct LaggedProducts {
     pub pairs: Vec<u64>,
 }
 
-/// Products at lags 0 to `lags` of a record; none reaches across a missing sample.
+/// Products at lags 0 to `lags` of a record, without products across a missing sample.
 pub fn lagged_products(record: &[f64], lags: usize) -> LaggedProducts {
     let count = lags.saturating_add(1);
     let mut products =

@@ -1,7 +1,7 @@
 //! Offline identification: from a whole record at rest to a drift model.
 //!
-//! A record is a slice in which a value that is not finite is missing; the run of samples between
-//! two missing ones is a *segment*. Conditional estimators start again at every segment.
+//! A record is a slice; a value that is not finite is missing. A *segment* is a run of samples
+//! between two missing samples. Conditional estimators start again at every segment.
 
 pub mod arma;
 mod autoregression;

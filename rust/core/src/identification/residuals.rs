@@ -3,23 +3,23 @@
 use crate::math::segments::segment_ranges;
 use crate::work;
 
-/// An ARMA model that is applied, not estimated.
+/// A given ARMA model.
 #[derive(Debug, Clone, Copy)]
 pub struct Arma<'a> {
     /// Autoregressive coefficients.
     pub phi: &'a [f64],
     /// Moving-average coefficients.
     pub theta: &'a [f64],
-    /// Subtracted from every sample: the level that the record is taken to come from.
+    /// Level of the record, subtracted from every sample.
     pub centre: f64,
-    /// Constant of the centred samples.
+    /// Constant of the model for centred samples.
     pub constant: f64,
 }
 
 impl Arma<'_> {
-    /// The conditional residuals `a_k = z_k - Σφ z_{k-i} - Σθ a_{k-j} - c`.
-    /// Every segment starts again: before it samples are taken to be at the centre and residuals
-    /// zero. Its first `p` residuals rest on that, and are NaN as those of missing samples.
+    /// The conditional residuals `a_k = z_k - Σφ z_{k-i} - Σθ a_{k-j} - c`. They start again at
+    /// every segment: before it, samples are assumed to be at the centre and residuals zero. The
+    /// first `p` residuals depend on this assumption and are NaN, as for missing samples.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
         let mut residuals = work::filled(f64::NAN, record.len());
         for range in segment_ranges(record) {
@@ -31,7 +31,7 @@ impl Arma<'_> {
         residuals
     }
 
-    /// The residuals of the autoregression.
+    /// Residuals of the autoregression.
     fn autoregress(&self, segment: &[f64], left: &mut [f64]) {
         for (w, z) in left.iter_mut().zip(segment) {
             *w = z - self.centre - self.constant;
@@ -43,7 +43,7 @@ impl Arma<'_> {
         }
     }
 
-    /// The innovations whose moving average `left` is, in its place.
+    /// Computes in place the innovations whose moving average is `left`.
     fn invert(&self, left: &mut [f64]) {
         if self.theta.is_empty() {
             return;

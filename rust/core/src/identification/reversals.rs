@@ -1,28 +1,28 @@
-//! Reversals of a record's order: pairs of values of which the earlier one is the greater.
+//! Reversals of a record: pairs of values with the larger value first.
 
 use crate::work;
 
-/// Blocks of so few values are sorted by insertion.
+/// Largest number of values that are sorted by insertion.
 const BLOCK: usize = 16;
 
-/// Blocks of more are sorted only as long as nobody has asked the work to stop.
+/// Smallest number of values in a sort that checks for a stop.
 const VALUES_PER_CHECK: usize = 1 << 14;
 
-/// Number of reversals in the order of values, and of ties.
+/// Numbers of reversals and ties in the order of values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reversals {
     /// Pairs i < j with y_i > y_j.
     pub count: u64,
     /// Pairs of equal values.
     pub ties: u64,
-    /// Sum of t (t - 1) (2 t + 5) over groups of t equal values, which the variance lacks.
+    /// Sum of t (t - 1) (2 t + 5) over groups of t equal values: correction of the variance.
     pub tie_weight: f64,
 }
 
-/// Counts the reversals of `values`, of which none may be NaN, in O(n log n).
+/// Counts the reversals of `values` in O(n log n); no value may be NaN.
 ///
-/// Merging two sorted halves, a value of the right one that comes first is less than all that
-/// remain of the left one.
+/// In a merge of two sorted halves, a value of the right half that comes first is smaller than all
+/// remaining values of the left half.
 pub fn reversals(values: Vec<f64>) -> Reversals {
     let mut keys: Vec<i64> = values.into_iter().map(key).collect();
     let mut scratch = work::filled(0, keys.len() / 2);
@@ -35,7 +35,7 @@ pub fn reversals(values: Vec<f64>) -> Reversals {
     Reversals { count, ties, tie_weight }
 }
 
-/// A whole number in the order of the floats, which is compared in half the time.
+/// A whole number with the order of the float; its comparison takes half the time.
 fn key(z: f64) -> i64 {
     // 0.0 and -0.0 are equal.
     let bits = (z + 0.0).to_bits() as i64;
@@ -81,7 +81,7 @@ fn merge(values: &mut [i64], left: &mut [i64]) -> u64 {
     while i < middle && j < values.len() {
         let (earlier, later) = (left[i], values[j]);
         let reversed = later < earlier;
-        // Masks rather than branches: which half is next cannot be foretold.
+        // Masks instead of branches: the next half is unpredictable.
         let mask = -i64::from(reversed);
         values[i + j - middle] = earlier ^ ((earlier ^ later) & mask);
         count += (middle - i) & mask as usize;

@@ -12,16 +12,16 @@ use crate::error::Error;
 use crate::math::Pairs;
 use crate::memory;
 
-/// Largest number of states, measurements, inputs.
+/// Largest number of states, measurements and inputs.
 pub(super) const MAX_SIZE: usize = 256;
-/// Deviations of the unknown initial state, in units of what as many samples as it has numbers
-/// tell.
+/// Standard deviation of an unknown initial state, relative to an estimate from as many samples as
+/// states.
 const UNKNOWN_SIGMAS: f64 = 1e4;
 
 /// The matrices of a filter, row after row: n states, m measurements, p inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// n, m and p.
+    /// Sizes n, m and p.
     pub sizes: [usize; 3],
     /// n × n.
     pub F: Vec<f64>,
@@ -72,7 +72,7 @@ impl<'a> Varying<'a> {
 pub struct Batch<'a> {
     /// Number of steps.
     pub steps: usize,
-    /// True if each begins with a prediction.
+    /// True if each step begins with a prediction.
     pub predicts: bool,
     /// n × n.
     pub F: Option<Varying<'a>>,
@@ -82,7 +82,7 @@ pub struct Batch<'a> {
     pub B: Option<Varying<'a>>,
     /// Inputs, p for each channel and step; empty for none.
     pub u: &'a [f64],
-    /// True if each ends with a correction.
+    /// True if each step ends with a correction.
     pub corrects: bool,
     /// m × n.
     pub H: Option<Varying<'a>>,
@@ -95,20 +95,20 @@ pub struct Batch<'a> {
 /// Results of each step, channel after channel; empty arrays are not filled.
 #[derive(Debug)]
 pub struct Known<'a> {
-    /// n a channel.
+    /// States, n per channel.
     pub state: &'a mut [f64],
-    /// n × n a channel, or once for all of them.
+    /// Covariances, n × n per channel, or once for all channels.
     pub covariance: &'a mut [f64],
-    /// m a channel.
+    /// Innovations, m per channel.
     pub innovation: &'a mut [f64],
-    /// One a channel.
+    /// Normalised innovation squared, one per channel.
     pub nis: &'a mut [f64],
-    /// One a channel.
+    /// Log-likelihood, one per channel.
     pub log_likelihood: &'a mut [f64],
 }
 
 impl Known<'_> {
-    /// Nothing is kept.
+    /// Results that are not stored.
     pub fn nothing() -> Self {
         Self {
             state: &mut [],
@@ -129,7 +129,7 @@ pub struct LinearBank {
     pub(super) x0: Vec<f64>,
     pub(super) P0: Vec<f64>,
     pub(super) x: Vec<f64>,
-    /// One a channel; as long as they are equal the first alone is up to date.
+    /// Covariances, one per channel; while they are equal, only the first is up to date.
     pub(super) P: Vec<f64>,
     pub(super) shared: bool,
     pub(super) innovation: Vec<f64>,
@@ -139,12 +139,12 @@ pub struct LinearBank {
 }
 
 impl LinearBank {
-    /// Filters before their first sample. `x0` has the states of one channel or of each; without
-    /// `P0` they are unknown.
+    /// Filters before their first sample. `x0` has the states of one channel or of each channel.
+    /// Without `P0` they are unknown.
     ///
     /// # Errors
-    /// [`Error::Matrix`] if a matrix cannot be that of a filter, [`Error::Memory`] if there is
-    /// none.
+    /// [`Error::Matrix`] if a matrix is not valid for a filter, [`Error::Memory`] if there is no
+    /// memory.
     pub fn new(
         mut model: Model,
         x0: Option<&[f64]>,
@@ -183,7 +183,7 @@ impl LinearBank {
         Ok(bank)
     }
 
-    /// Reset to the state before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         self.x.copy_from_slice(&self.x0);
         self.P[..self.P0.len()].copy_from_slice(&self.P0);
@@ -196,14 +196,14 @@ impl LinearBank {
     /// An independent bank in the same state.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for it.
+    /// [`Error::Memory`] if there is no memory.
     pub fn try_clone(&self) -> Result<Self, Error> {
-        // Asks for the memory that a clone takes.
+        // Tests that the memory of a clone is available.
         drop(memory::room::<f64>(2 * (self.P.len() + 3 * self.x.len() + self.innovation.len()))?);
         Ok(self.clone())
     }
 
-    /// Its matrices.
+    /// Matrices of the filters.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -244,8 +244,8 @@ impl LinearBank {
         &self.log_likelihood
     }
 
-    /// The number of covariances for these measurements: one if all channels share it and continue
-    /// to, else one for each channel. [`run`](Self::run) fills this number.
+    /// Number of covariances for these measurements: one if all channels share it now and
+    /// afterwards, else one per channel. [`run`](Self::run) writes this number.
     pub fn covariances(&mut self, z: &[f64]) -> usize {
         let (size, row) = (self.P0.len(), self.innovation.len());
         self.shared = self.shared || self.are_equal();
@@ -265,7 +265,7 @@ impl LinearBank {
         others.chunks_exact(first.len()).all(|P| P == first)
     }
 
-    /// Process steps. Batches, parts of batches and single steps give the same bits.
+    /// Processes steps. Batches, parts of batches and single steps give bit-identical results.
     pub fn run(&mut self, batch: &Batch<'_>, known: &mut Known<'_>) {
         match (self.model.sizes[0], self.model.sizes[1]) {
             (1, 1) => self.take_fixed::<1, 1>(batch, known),
@@ -302,7 +302,7 @@ impl LinearBank {
         }
     }
 
-    // A function for each size: all of them in one take the compiler much longer.
+    // One function per size: with all sizes in one function the compiler takes much longer.
     #[inline(never)]
     fn take_fixed<const N: usize, const M: usize>(
         &mut self,
@@ -383,7 +383,7 @@ impl LinearBank {
         }
     }
 
-    /// Writes down the state after a step.
+    /// Writes the state after a step.
     #[inline(always)]
     fn keep(&self, step: usize, known: &mut Known<'_>) {
         let covariances = self.covariance();
@@ -394,12 +394,12 @@ impl LinearBank {
         keep(step, covariances, known.covariance);
     }
 
-    /// The room that steps of these sizes need in addition to the stack.
+    /// Working memory that steps of these sizes need in addition to the stack.
     pub(super) fn room(n: usize, m: usize) -> Result<FreeRoom, Error> {
         if n <= 8 && m <= n.min(4) { Ok(FreeRoom::default()) } else { FreeRoom::of(n, m) }
     }
 
-    /// A covariance for each channel.
+    /// Creates a covariance for each channel.
     #[cold]
     fn part(&mut self) {
         let size = self.P0.len();
@@ -409,7 +409,7 @@ impl LinearBank {
     }
 }
 
-/// The matrix of a step, or that of the model.
+/// The matrix of a step, or the model's matrix.
 #[inline(always)]
 fn of_step<'a>(given: Option<Varying<'a>>, own: &'a [f64], step: usize) -> &'a [f64] {
     given.map_or(own, |given| given.at(step))
@@ -419,7 +419,7 @@ fn of_step<'a>(given: Option<Varying<'a>>, own: &'a [f64], step: usize) -> &'a [
 #[inline(always)]
 fn misses_the_same(row: &[f64], m: usize) -> bool {
     let (first, others) = row.split_at(m.min(row.len()));
-    // Mostly nothing is missing, which several numbers at once can tell.
+    // Usually nothing is missing, which is tested for several numbers at once.
     if others.is_empty() || row.iter().fold(true, |all, z| all & is_known(*z)) {
         return true;
     }
@@ -440,7 +440,7 @@ fn keep(step: usize, values: &[f64], outputs: &mut [f64]) {
 }
 
 impl Model {
-    /// Refuses what no filter can have; covariances become symmetric to the bit.
+    /// Refuses invalid matrices; covariances become symmetric to the bit.
     pub(super) fn check(&mut self) -> Result<(), Error> {
         let [n, m, _] = self.sizes;
         for (name, matrix) in [("F", &self.F), ("H", &self.H), ("B", &self.B)] {
@@ -450,15 +450,15 @@ impl Model {
         settle_covariance("R", None, m, &mut self.R)
     }
 
-    /// True if its covariances are symmetric to the bit.
+    /// True if the covariances are symmetric to the bit.
     pub(super) fn is_settled(&self) -> bool {
         [(self.sizes[0], &self.Q), (self.sizes[1], &self.R)].iter().all(|(size, matrix)| {
             (0..*size).all(|i| (0..i).all(|j| matrix[i * size + j] == matrix[j * size + i]))
         })
     }
 
-    /// Covariance of states of which nothing is known: variances [`UNKNOWN_SIGMAS`]² times what n
-    /// samples tell of each state alone, so that it has the states' units.
+    /// Covariance of unknown states: [`UNKNOWN_SIGMAS`]² times the variance of each state from n
+    /// samples. It has the states' units.
     fn unknown(&self) -> Result<Vec<f64>, Error> {
         let [n, m, _] = self.sizes;
         let mut information = memory::filled(0.0, n)?;
@@ -478,7 +478,7 @@ impl Model {
                     exactly[i] |= variance <= 0.0 && *h != 0.0;
                 }
                 product(Pairs, false, [1, n, n], &row, &self.F, &mut next);
-                // Powers of F may leave the range.
+                // Powers of F may overflow.
                 let held = next.iter().map(|h| h.clamp(-MAX_ELEMENT, MAX_ELEMENT));
                 row.iter_mut().zip(held).for_each(|(row, h)| *row = h);
             }
@@ -502,7 +502,7 @@ impl Model {
     }
 }
 
-/// Sizes that are known when the filter runs.
+/// Sizes that are known only at run time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Free {
     pub n: usize,
@@ -536,8 +536,8 @@ impl Size for Free {
     }
 }
 
-/// States whose number the compiler knows, and any number of measurements: next to what is done for
-/// many states, measurements cost little.
+/// A number of states known to the compiler, and any number of measurements: with many states,
+/// measurements need little time.
 #[derive(Debug, Clone, Copy)]
 struct States<const N: usize> {
     m: usize,
@@ -575,7 +575,7 @@ impl<const N: usize> Size for States<N> {
     }
 }
 
-/// Room of any size; none where the compiler knows it.
+/// Working memory of any size; empty if the compiler knows the size.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct FreeRoom {
     numbers: Vec<f64>,

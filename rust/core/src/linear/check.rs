@@ -7,11 +7,11 @@ use crate::error::Error;
 use crate::math::validity::is_within;
 use crate::memory;
 
-/// Times its variances by which a matrix that a person computed may miss symmetry, and definiteness.
+/// Largest asymmetry, and indefiniteness, of a computed matrix, relative to its variances.
 const MAX_ASYMMETRY: f64 = 1e-9;
 const MAX_INDEFINITENESS: f64 = 1e-10;
 
-/// Refuses elements that are not finite or too large, of a matrix or of the one of a step.
+/// Refuses elements that are not finite or too large, in a constant matrix or the matrix of a step.
 ///
 /// # Errors
 /// [`Error::Matrix`].
@@ -28,11 +28,11 @@ pub(super) fn check_state(name: &'static str, x: &[f64]) -> Result<(), Error> {
     if fits { Ok(()) } else { Err(Error::Matrix { name, step: None, expected }) }
 }
 
-/// Refuses what is not a covariance of `n` numbers to rounding, and makes it symmetric to the bit
-/// and as definite as a step leaves one.
+/// Refuses a matrix that is no covariance of `n` numbers to rounding. Makes it symmetric to the
+/// bit, and as definite as after a step.
 ///
 /// # Errors
-/// [`Error::Matrix`], or [`Error::Memory`] if there is none.
+/// [`Error::Matrix`], or [`Error::Memory`] if there is no memory.
 pub fn settle_covariance(
     name: &'static str,
     step: Option<usize>,
@@ -75,7 +75,7 @@ pub fn settle_covariance(
     Ok(())
 }
 
-/// A variance that is too small to be computed with is none.
+/// Sets a variance to zero if it is too small for computations.
 fn without_smallest(n: usize, matrix: &mut [f64]) {
     for i in 0..n {
         let variance = matrix[i * n + i];

@@ -1,4 +1,4 @@
-//! A filter of fixed size, for Rust without `std` too.
+//! A filter of fixed size, also for Rust without `std`.
 #![allow(non_snake_case)]
 
 use super::step::{
@@ -9,24 +9,24 @@ use super::step::{
 /// A matrix, row after row.
 type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 
-/// State and covariance of `N` states of which `M` combinations are measured; the matrices of the
-/// model come with each step.
+/// State and covariance of `N` states with `M` measured combinations; the matrices of the model are
+/// given at each step.
 ///
 /// The matrices are not checked: they must be finite, their elements below
 /// [`MAX_ELEMENT`](super::MAX_ELEMENT), covariances symmetric, positive semidefinite and below
 /// [`MAX_VARIANCE`](super::MAX_VARIANCE).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearKalman<const N: usize, const M: usize> {
-    /// The state.
+    /// State.
     pub x: [f64; N],
-    /// Its covariance.
+    /// Covariance of the state.
     pub P: Matrix<N, N>,
 }
 
 /// Result of a correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction<const M: usize> {
-    /// z - H x before the correction, NaN for missing measurements.
+    /// Innovation z - H x before the correction, NaN for missing measurements.
     pub innovation: [f64; M],
     /// Normalised innovation squared; NaN if all measurements are missing.
     pub nis: f64,
@@ -35,7 +35,7 @@ pub struct Correction<const M: usize> {
 }
 
 impl<const N: usize, const M: usize> LinearKalman<N, M> {
-    /// x ← F x + B u, P ← F P Fᵀ + Q, `B` having the columns of each input one after the other.
+    /// Predicts: x ← F x + B u, P ← F P Fᵀ + Q; `B` has the columns of the inputs in order.
     pub fn predict<const I: usize>(
         &mut self,
         F: &Matrix<N, N>,
@@ -54,7 +54,7 @@ impl<const N: usize, const M: usize> LinearKalman<N, M> {
         advance_one(size, 0, &step, &mut outputs, &mut work);
     }
 
-    /// x ← x + K (z - H x), P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
+    /// Corrects: x ← x + K (z - H x), P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
     pub fn update(&mut self, z: &[f64; M], H: &Matrix<M, N>, R: &Matrix<M, M>) -> Correction<M> {
         let mut room = FixedRoom::<N, M>::new();
         let mut work = room.work();

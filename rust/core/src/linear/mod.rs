@@ -1,24 +1,24 @@
-//! The linear Kalman filter for models of any kind, with an input:
+//! The linear Kalman filter for any linear model with an input:
 //!
-//! x ← F x + B u + w, z = H x + v, with w of covariance Q and v of covariance R.
+//! x ← F x + B u + w, z = H x + v; w has covariance Q and v has covariance R.
 //!
-//! The covariance is corrected by Joseph's form, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, always: it
-//! stays definite where the shorter forms collapse (R. S. Bucy, P. D. Joseph, *Filtering for
-//! Stochastic Processes with Applications to Guidance*, 1968).
+//! The covariance is always corrected in Joseph's form, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ. It
+//! stays definite where shorter forms fail (R. S. Bucy, P. D. Joseph, *Filtering for Stochastic
+//! Processes with Applications to Guidance*, 1968).
 //!
-//! - A measurement is missing where it is not finite or beyond [`MAX_SAMPLE`]; what is left of a
-//!   vector corrects. An input that is missing counts as zero.
-//! - A measurement that those before it in its vector determine to rounding, and one without any
-//!   variance, cannot be weighed and corrects nothing.
-//! - The initial state belongs to the time before the first sample: each begins with a prediction.
+//! - A measurement is missing if it is not finite or beyond [`MAX_SAMPLE`]; the rest of its vector
+//!   corrects. A missing input counts as zero.
+//! - A measurement corrects nothing if earlier elements of its vector determine it to rounding, or
+//!   if it has no variance.
+//! - The initial state is valid before the first sample: each sample begins with a prediction.
 //!
-//! [`LinearKalman`] holds a filter of fixed size and needs neither `std` nor an allocator.
+//! [`LinearKalman`] is a filter of fixed size and needs neither `std` nor an allocator.
 //! `LinearBank` has sizes known at run time, channels, and batches of whole records.
 //!
-//! Its matrices are slices, not nalgebra's, since one arithmetic serves both: those of nalgebra
-//! have a size that is compiled, or allocate in a step. It is no [`Stream`](crate::Stream), whose
-//! input has a size that is compiled too, nor a `Bank` of them: channels of one model share one
-//! covariance, and its n³ work, which a stream a channel would each do alone.
+//! Its matrices are slices, not nalgebra's, since one arithmetic serves the two types. Matrices of
+//! nalgebra have a compiled size, or allocate in a step. The bank is no [`Stream`](crate::Stream),
+//! whose input has a compiled size, and no `Bank`: channels of one model share one covariance and
+//! its n³ work.
 
 #[cfg(feature = "std")]
 mod bank;

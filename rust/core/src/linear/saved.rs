@@ -11,19 +11,19 @@ use crate::math::validity::is_within;
 use crate::memory;
 use crate::stream::checkpoint::{self, Checkpoint};
 
-/// Largest innovation and sum of its squares, and log-likelihood, that measurements can lead to.
+/// Largest innovation, and largest sum of squares and log-likelihood.
 const MAX_INNOVATION: f64 = 1e190;
 const MAX_NIS: f64 = 1e303;
-/// Bytes of a number, and of what stands next to numbers.
+/// Bytes of a number, and of the other parts.
 const NUMBER_BYTES: usize = 8;
 const OTHER_BYTES: usize = 256;
 
-/// Saved form: the covariance once if that of all channels is the same, for whatever reason.
+/// Saved form: one covariance if the covariances of all channels are equal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Saved {
     channels: Option<usize>,
     sizes: [usize; 3],
-    /// F, H, Q, R, B, x0 and P0.
+    /// Stated matrices: F, H, Q, R, B, x0 and P0.
     chosen: [Vec<f64>; 7],
     x: Vec<f64>,
     P: Vec<f64>,
@@ -32,10 +32,10 @@ struct Saved {
 }
 
 impl LinearBank {
-    /// All of it as bytes.
+    /// Returns the complete state as bytes.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for them.
+    /// [`Error::Memory`] if there is no memory.
     pub fn save(&self) -> Result<Vec<u8>, Error> {
         let Model { sizes, F, H, Q, R, B } = &self.model;
         let one = self.shared || self.are_equal();
@@ -64,7 +64,7 @@ impl LinearBank {
     /// Restores the state of [`save`](Self::save).
     ///
     /// # Errors
-    /// Every variant of [`Error`] that speaks of a checkpoint, or [`Error::Memory`].
+    /// Every variant of [`Error`] on checkpoints, or [`Error::Memory`].
     pub fn restore(bytes: &[u8]) -> Result<Self, Error> {
         let Saved { channels, sizes, chosen, x, P, last } = checkpoint::read(bytes)?;
         let [F, H, Q, R, B, x0, P0] = chosen;
@@ -89,7 +89,7 @@ impl Checkpoint for Saved {
         let [F, H, Q, R, B, x0, P0] = &self.chosen;
         let [innovation, nis, density] = &self.last;
         let sizes = [n, m, p].iter().all(|size| *size <= MAX_SIZE);
-        // Products of them must not overflow before they are compared.
+        // Products of the sizes must not overflow before they are compared.
         let fits = |part: &[f64], each: usize| {
             part.len().checked_div(each) == Some(count) && part.len().is_multiple_of(each)
         };
@@ -124,7 +124,7 @@ impl Checkpoint for Saved {
     }
 }
 
-/// True if a filter can have come to this covariance.
+/// True if a filter can reach this covariance.
 fn is_covariance(n: usize, P: &[f64]) -> bool {
     let mut room = vec![0.0; n * n];
     let symmetric = (0..n).all(|i| (0..i).all(|j| P[i * n + j] == P[j * n + i]));

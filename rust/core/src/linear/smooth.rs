@@ -9,16 +9,16 @@ use crate::memory;
 use crate::work;
 
 /// Output of a filter for a record of `channels` channels: states after each step, and covariances,
-/// one a channel or one for all of them.
+/// one per channel or one for all channels.
 #[derive(Debug, Clone, Copy)]
 pub struct Filtered<'a> {
     /// Number of states.
     pub n: usize,
     /// Number of channels.
     pub channels: usize,
-    /// n a channel and step.
+    /// States, n per channel and step.
     pub state: &'a [f64],
-    /// n × n a channel and step, or a step.
+    /// Covariances, n × n per channel and step, or per step.
     pub covariance: &'a [f64],
     /// F, Q and B of each step, from the previous one.
     pub predict: [Varying<'a>; 3],
@@ -26,24 +26,24 @@ pub struct Filtered<'a> {
     pub u: &'a [f64],
 }
 
-/// States and covariances of the same shapes.
+/// Smoothed states and covariances, with the same shapes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smoothed {
-    /// As in [`Filtered`].
+    /// States, as in [`Filtered`].
     pub state: Vec<f64>,
-    /// As in [`Filtered`].
+    /// Covariances, as in [`Filtered`].
     pub covariance: Vec<f64>,
 }
 
 impl Filtered<'_> {
-    /// Backwards from the last step, with G = P Fᵀ (F P Fᵀ + Q)⁻¹ of the next one:
-    /// x ← x + G (xₙₑₓₜ - F x - B u), P ← (I - G F) P (I - G F)ᵀ + G (Q + Pₙₑₓₜ) Gᵀ.
+    /// Smooths backwards from the last step, with G = P Fᵀ (F P Fᵀ + Q)⁻¹ of the next step: x ← x +
+    /// G (xₙₑₓₜ - F x - B u), P ← (I - G F) P (I - G F)ᵀ + G (Q + Pₙₑₓₜ) Gᵀ.
     ///
-    /// G is the gain of a measurement F x with noise of covariance Q, and the first terms of P what
-    /// Joseph's form makes of it.
+    /// G is the gain of a measurement F x with a noise of covariance Q. The first terms of P are
+    /// Joseph's form for it.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none.
+    /// [`Error::Memory`] if there is no memory.
     pub fn smooth(&self) -> Result<Smoothed, Error> {
         let (n, channels) = (self.n, self.channels);
         let (row, square) = (channels * n, n * n);
@@ -62,7 +62,7 @@ impl Filtered<'_> {
             let (these, those) = x.split_at_mut(next * row);
             let these = &mut these[(next - 1) * row..];
             let mut work = room.work(n, n);
-            // x⁻ of the next step.
+            // Predicted state of the next step.
             expected.copy_from_slice(these);
             let step = Advance {
                 predict: Some((F, if u.is_empty() { &[] } else { B }, u)),

@@ -1,12 +1,12 @@
-//! Distributions that confidence bounds and tests need: chi-squared and normal.
+//! Chi-squared and normal distributions, for confidence bounds and tests.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use libm::erfc;
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-/// The value that chi-squared stays below with a probability in (0, 1); NaN unless the degrees of
-/// freedom, which need not be whole, are positive and finite.
+/// Quantile of chi-squared at a probability in (0, 1). Degrees of freedom need not be whole; the
+/// result is NaN if they are not positive and finite.
 pub fn chi_squared_quantile(probability: f64, freedom: f64) -> f64 {
     chi_squared(freedom).map_or(f64::NAN, |distribution| {
         let rough = distribution.inverse_cdf(probability);
@@ -14,19 +14,19 @@ pub fn chi_squared_quantile(probability: f64, freedom: f64) -> f64 {
     })
 }
 
-/// Steps that bring an absolute error of 1e-10 down to rounding.
+/// Number of steps that reduce an absolute error of 1e-10 to rounding.
 const STEPS: usize = 3;
 
-/// Newton's step for the logarithm of a quantile, of which that of the probability is nearly a
-/// straight line where both are small.
+/// Newton's step for the logarithm of a quantile. The logarithm of the probability is nearly a
+/// straight line in it if the two are small.
 fn refined(distribution: &ChiSquared, probability: f64, x: f64) -> f64 {
     let below = distribution.cdf(x);
     let step = (probability / below).ln() * below / (x * distribution.pdf(x));
     if step.is_finite() { x * step.exp() } else { x }
 }
 
-/// Probability that chi-squared exceeds a value, to a small relative error far into the tail;
-/// `None` of NaN and of degrees of freedom that are not positive and finite.
+/// Probability that chi-squared exceeds a value; its relative error is small even far in the tail.
+/// `None` for NaN, and for degrees of freedom that are not positive and finite.
 pub fn chi_squared_survival(value: f64, freedom: f64) -> Option<f64> {
     let distribution = chi_squared(freedom).filter(|_| !value.is_nan())?;
     Some(distribution.sf(value))
@@ -36,10 +36,10 @@ fn chi_squared(freedom: f64) -> Option<ChiSquared> {
     ChiSquared::new(freedom).ok().filter(|_| freedom.is_finite())
 }
 
-/// From here down the tail's series is exact to rounding.
+/// Argument below which the tail's series is exact to rounding.
 const TAIL: f64 = -20.0;
 
-/// Logarithm of the cumulative standard normal distribution, alto date into its tail.
+/// Logarithm of the cumulative standard normal distribution, accurate even far in its lower tail.
 pub fn log_normal_cdf(x: f64) -> f64 {
     let half_erfc = |x: f64| 0.5 * erfc(x * FRAC_1_SQRT_2);
     if x < TAIL {

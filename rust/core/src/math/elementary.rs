@@ -1,7 +1,7 @@
-//! Logarithm and exponential without a branch or a call, which loops over several numbers vectorise.
+//! Logarithm and exponential without a branch or a call: loops over several numbers are vectorised.
 //!
-//! Both reduce the argument by its exponent and add up a series to rounding: that of the inverse
-//! hyperbolic tangent (Abramowitz & Stegun, 4.1.27), and Taylor's.
+//! The argument is reduced by its exponent, then a series is summed to rounding. The series are the
+//! inverse hyperbolic tangent (Abramowitz & Stegun, 4.1.27) and Taylor's.
 
 /// Coefficients of atanh(s)/s in s².
 const INVERSE_TANGENT: [f64; 9] = [
@@ -33,15 +33,16 @@ const EXPONENTIAL: [f64; 13] = [
     1.0 / 479_001_600.0,
 ];
 
-/// ln 2 in two parts, of which products of the first with whole numbers are exact.
+/// ln 2 in two parts; products of the first part with whole numbers are exact.
 const LN_2: [f64; 2] = [0.693_359_375, -2.121_944_400_546_905_8e-4];
 
 /// Numbers whose bits are a fraction and an exponent.
 pub trait Elementary: Sized {
-    /// The natural logarithm of a normal positive number, to rounding; some finite number of others.
+    /// Natural logarithm of a normal positive number, to rounding; a finite number for other
+    /// arguments.
     fn logarithm(self) -> Self;
 
-    /// The exponential of a number from -80 to 0, to rounding.
+    /// Exponential of a number from -80 to 0, to rounding.
     fn exponential(self) -> Self;
 }
 

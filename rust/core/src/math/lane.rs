@@ -1,7 +1,7 @@
 //! One number of each of several channels in a SIMD register, with the arithmetic of [`Real`].
 //!
-//! The registers and what they can do are `pulp`'s, which finds them out when the program runs;
-//! `wide` would have them fixed when it is compiled.
+//! The registers and instructions are `pulp`'s, which detects them at run time; `wide` fixes them
+//! at compile time.
 
 use core::mem::size_of;
 use core::ops::{
@@ -15,10 +15,10 @@ use pulp::{Simd, WithSimd};
 
 use crate::math::{Aside, Real};
 
-/// As many numbers as the widest register holds.
+/// Number of lanes in the widest register.
 pub const MAX_LANES: usize = 8;
 
-/// One `f64` a lane. Only code that `pulp` dispatched to the processor may hold one.
+/// One `f64` per lane. Only code that `pulp` dispatched to the processor may use it.
 #[derive(Debug, Clone, Copy)]
 pub struct Lane<S: Simd>(S::f64s);
 
@@ -26,13 +26,13 @@ pub struct Lane<S: Simd>(S::f64s);
 #[derive(Debug, Clone, Copy)]
 pub struct Mask<S: Simd>(S::m64s);
 
-/// The right to use the registers.
+/// Token that allows the use of the registers.
 #[inline(always)]
 #[allow(unsafe_code)]
 fn simd<S: Simd>() -> S {
     const { assert!(size_of::<S>() == 0) };
-    // SAFETY: such a right has no content. `Lane` and `Mask` do not leave this crate, where they
-    // occur only below `WithSimd::with_simd`, which was given the same right.
+    // SAFETY: the token has no content. `Lane` and `Mask` do not leave this crate. They occur only
+    // below `WithSimd::with_simd`, which received the same token.
     unsafe { core::mem::zeroed() }
 }
 
@@ -43,7 +43,7 @@ impl<S: Simd> Lane<S> {
         Self(S::as_simd_f64s(numbers).0[0])
     }
 
-    /// All lanes in a row, and zeros after them.
+    /// All lanes in a row, then zeros.
     #[inline(always)]
     pub fn store(self) -> [f64; MAX_LANES] {
         let mut numbers = [0.0; MAX_LANES];
@@ -127,7 +127,7 @@ impl<S: Simd> Real for Lane<S> {
         simd::<S>().vectorize(OfItsOwn(work))
     }
 
-    // One instruction of x86 is just this comparison; other processors take NaN otherwise.
+    // On x86 this is one instruction; other processors treat NaN differently.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     fn at_least(self, bound: Self) -> Self {
@@ -269,14 +269,14 @@ impl<S: Simd> Not for Mask<S> {
 }
 
 impl<S: Simd> Mask<S> {
-    /// A condition that holds everywhere, known to the compiler.
+    /// A condition that is true in every lane, known to the compiler.
     #[inline(always)]
     pub fn every() -> Self {
         let zero = simd::<S>().splat_u64s(0);
         Self(simd::<S>().equal_u64s(zero, zero))
     }
 
-    /// True if the condition holds in lane `i`.
+    /// True if the condition is true in lane `i`.
     pub fn holds(self, i: usize) -> bool {
         Lane::<S>::one().select(self, Lane::zero()).extract(i) != 0.0
     }

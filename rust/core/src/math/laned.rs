@@ -1,11 +1,11 @@
-//! States of which each number may stand for several channels.
+//! States whose numbers may each represent several channels.
 
 use nalgebra::{SMatrix, Scalar, SimdValue};
 use pulp::Simd;
 
 use super::lane::Lane;
 
-/// A state of several channels, each of its numbers one a lane.
+/// A state of several channels, with one lane per channel in each number.
 pub trait Laned: Sized {
     /// The state of one channel.
     type One;
@@ -16,7 +16,7 @@ pub trait Laned: Sized {
     /// The state of one lane.
     fn lane(&self, i: usize) -> Self::One;
 
-    /// Puts a state into one lane; what all have in common stays.
+    /// Copies a state into one lane; common fields stay.
     fn set_lane(&mut self, i: usize, one: &Self::One);
 }
 
@@ -45,8 +45,8 @@ where
 {
     type One = SMatrix<L::One, R, C>;
 
-    // By loops, not by closures: those are compiled without vector instructions if they are called
-    // by what is not inlined.
+    // Loops, not closures: a closure called from a function that is not inlined has no vector
+    // instructions.
     #[inline(always)]
     fn splat(one: &Self::One) -> Self {
         let mut numbers = Self::from_element(L::splat(&one[0]));
@@ -82,7 +82,7 @@ impl<L: Laned, const N: usize> Laned for [L; N] {
     }
 }
 
-/// Makes a state [`Laned`] by naming its fields: those with numbers, and those in common.
+/// Implements [`Laned`] from the names of fields: fields with numbers, and common fields.
 macro_rules! laned {
     ($state:ident [$($size:ident),*] { $($number:ident),* } common { $($common:ident),* }) => {
         impl<S: pulp::Simd, $(const $size: usize),*> $crate::math::Laned

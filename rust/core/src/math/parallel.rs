@@ -1,7 +1,7 @@
 //! A loop over tasks on the threads of a pool (feature `parallel`), or on the caller's.
 
-/// The results of `f` for each task, in order: with `parallel` on the pool that the caller is in,
-/// or on that of the process.
+/// Results of `f` for each task, in order. With `parallel` they run on the caller's pool, or on the
+/// process's pool.
 #[cfg(feature = "parallel")]
 pub fn map<T: Send, R: Send>(
     tasks: Vec<T>,
@@ -16,7 +16,7 @@ pub fn map<T: Send, R: Send>(
         return tasks.into_iter().map(f).collect();
     }
     let work = Current::here();
-    // Of a million tasks not each is to unwind.
+    // Not every one of a million tasks unwinds.
     let fill = |(task, result): &mut (Option<T>, Option<R>)| {
         let task = task.take();
         *result = work.clone().run(|| task.filter(|_| !is_asked_to_end()).map(&f));
@@ -27,7 +27,7 @@ pub fn map<T: Send, R: Send>(
     results.collect::<Option<_>>().unwrap_or_else(|| end(Error::Stopped))
 }
 
-/// Does `work` at each place, halves at once where there is a thread for it.
+/// Runs `work` at each index; halves run in parallel if a thread is free.
 #[cfg(feature = "parallel")]
 fn each<P: Send>(slots: &mut [P], work: &(impl Fn(&mut P) + Sync)) {
     use crate::stream::threads::both;

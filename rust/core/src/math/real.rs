@@ -1,4 +1,4 @@
-//! The scalar of every filter: `f32`, `f64`, or SIMD lanes of them.
+//! The number type of every filter: `f32`, `f64`, or SIMD lanes of them.
 
 use core::ops::Neg;
 
@@ -10,9 +10,10 @@ use num_traits::{One, Zero};
 
 use super::Elementary;
 
-/// Bounds that keep every finite input finite, in units of the start-up deviation.
+/// Bounds that keep every result of finite inputs finite, in units of the start-up's standard
+/// deviation.
 ///
-/// They lie many orders of magnitude beyond what a sensor can do and shape nothing in normal use.
+/// They lie many orders of magnitude beyond any sensor, and have no effect in normal use.
 pub trait Limits: RealField + Copy + Elementary {
     /// Largest raw sample and the largest reciprocal of a scale.
     const MAX_RAW: Self;
@@ -20,7 +21,7 @@ pub trait Limits: RealField + Copy + Elementary {
     const MAX_INPUT: Self;
     /// Largest normalised sample that the drift model learns from.
     const MAX_LEARNED: Self;
-    /// Largest raw sample of which differences are squared.
+    /// Largest raw sample for squared differences.
     const MAX_DIFFERENCE: Self;
     /// Largest trace of a covariance.
     const MAX_COVARIANCE: Self;
@@ -30,7 +31,7 @@ pub trait Limits: RealField + Copy + Elementary {
     const TINY: Self;
     /// The largest finite number.
     const MAX: Self;
-    /// Relative addition to a variance, so that rounding cannot cost definiteness.
+    /// Relative addition to a variance, so that rounding cannot make a covariance indefinite.
     const ROUNDING: Self;
 }
 
@@ -58,17 +59,17 @@ impl Limits for f32 {
     const ROUNDING: Self = 8.0 * f32::EPSILON;
 }
 
-/// Work that [`Real::aside`] does. Not a closure: only what is always inlined has the instructions of
-/// the processor that it runs on.
+/// Work for [`Real::aside`]. Not a closure: only always-inlined functions have the processor's
+/// instructions.
 pub trait Aside {
-    /// Its output.
+    /// Output of the work.
     type Output;
 
-    /// Does it; always inlined.
+    /// Does the work; always inlined.
     fn run(self) -> Self::Output;
 }
 
-/// A real number, or several in SIMD lanes: the arithmetic that a step needs, and no more.
+/// A real number, or several in SIMD lanes, with the arithmetic of a step.
 pub trait Real:
     SimdPartialOrd<Element: Limits>
     + Scalar
@@ -87,7 +88,7 @@ pub trait Real:
     /// The square root.
     fn simd_sqrt(self) -> Self;
 
-    /// Work in a function of its own, for what is seldom needed and would crowd a step.
+    /// Runs rare work in its own function, to keep the step small.
     #[cold]
     #[inline(never)]
     fn aside<W: Aside>(work: W) -> W::Output {
@@ -118,13 +119,13 @@ pub trait Real:
         self.simd_abs().simd_le(Self::limit(Self::Element::MAX))
     }
 
-    /// `self`, but not below `bound`; `bound` for NaN.
+    /// `self`, but at least `bound`; `bound` for NaN.
     #[inline(always)]
     fn at_least(self, bound: Self) -> Self {
         self.select(self.simd_gt(bound), bound)
     }
 
-    /// `self`, but not above `bound`; `bound` for NaN.
+    /// `self`, but at most `bound`; `bound` for NaN.
     #[inline(always)]
     fn at_most(self, bound: Self) -> Self {
         self.select(self.simd_lt(bound), bound)
@@ -149,14 +150,14 @@ impl<T: SimdRealField<Element: Limits> + Copy> Real for T {
     }
 }
 
-/// `value` where `condition` holds, else `other`: reads in the order in which it is said.
+/// `value` if `condition` is true, else `other`.
 #[inline(always)]
 pub(crate) fn choose<T: SimdValue>(condition: T::SimdBool, value: T, other: T) -> T {
     value.select(condition, other)
 }
 
-/// One where `condition` holds, else zero. Of a single number it is counted as an integer, for which
-/// no compiler makes a branch.
+/// One if `condition` is true, else zero. For a single number it is converted from an integer, for
+/// which no compiler makes a branch.
 #[inline(always)]
 pub(crate) fn indicator<T: Real>(condition: T::SimdBool) -> T {
     match T::LANES {

@@ -1,4 +1,4 @@
-//! Rotations in space by rotation vectors: one that is φ turns by the angle |φ| about φ.
+//! Rotations in space by rotation vectors: φ rotates by the angle |φ| about φ.
 //!
 //! J. Solà, J. Deray, D. Atchuthan, *A micro Lie theory for state estimation in robotics*, 2018.
 
@@ -6,9 +6,9 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::Limits;
 
-/// The rotation by a rotation vector, accurate however small it is. Not NaN for a finite one.
+/// Rotation by a rotation vector, accurate for any small vector. Never NaN for a finite vector.
 ///
-/// nalgebra's own is the identity below 4e-16 rad: sums of such steps would be lost.
+/// nalgebra's own function is the identity below 4e-16 rad: sums of such steps would be lost.
 #[inline]
 pub fn exponential<T: Limits>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     let half = clamp(phi) * of::<T>(0.5);
@@ -16,28 +16,28 @@ pub fn exponential<T: Limits>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     UnitQuaternion::new_unchecked(Quaternion::from_parts(angle.cos(), half * sinc(angle)))
 }
 
-/// The matrix J by which Exp(φ + δ) = Exp(φ) Exp(J δ) to first order in δ (Solà et al., eq. 143).
+/// Matrix J in Exp(φ + δ) = Exp(φ) Exp(J δ), to first order in δ (Solà et al., eq. 143).
 #[inline]
 pub fn right_jacobian<T: Limits>(phi: &Vector3<T>) -> Matrix3<T> {
     let phi = clamp(phi);
     let angle = phi.norm();
     let axis = phi / if angle > T::zero() { angle } else { T::one() };
     let half = sinc(angle * of(0.5));
-    // (1 - cos x)/x² and 1 - sin(x)/x, as they keep their digits for small angles.
+    // (1 - cos x)/x² and 1 - sin(x)/x, written to keep their digits for small angles.
     let across = (axis * axis.transpose() - Matrix3::identity()) * (T::one() - sinc(angle));
     Matrix3::identity() - phi.cross_matrix() * (half * half * of(0.5)) + across
 }
 
-/// The rotation vector of a step between two samples of the rate, taken to change evenly: the mean,
-/// and what coning adds to it (P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1), 1998).
+/// Rotation vector of a step between two samples of a linearly changing rate: the mean rate, and
+/// coning (P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1), 1998).
 #[inline(always)]
 pub fn step<T: Limits>(before: &Vector3<T>, after: &Vector3<T>, dt: T) -> Vector3<T> {
     let coning = before.cross(after) * (dt * of(1.0 / 12.0));
     ((before + after) * of::<T>(0.5) + coning) * dt
 }
 
-/// `rotation` and then, about the axes that it has turned, the step of a rotation vector. Rounding
-/// does not lead it away from a rotation.
+/// `rotation`, followed by a rotation vector about the rotated axes. Rounding errors of the norm do
+/// not accumulate.
 #[inline]
 pub fn turned<T: Limits>(rotation: &UnitQuaternion<T>, phi: &Vector3<T>) -> UnitQuaternion<T> {
     let mut turned = rotation * exponential(phi);
@@ -45,12 +45,12 @@ pub fn turned<T: Limits>(rotation: &UnitQuaternion<T>, phi: &Vector3<T>) -> Unit
     turned
 }
 
-/// sin(x)/x. Where a norm has underflowed it is right as well.
+/// sin(x)/x, also correct if a norm has underflowed.
 fn sinc<T: Limits>(x: T) -> T {
     if x > T::zero() { x.sin() / x } else { T::one() }
 }
 
-/// So that squares are finite.
+/// Limits a vector so that its squares are finite.
 fn clamp<T: Limits>(v: &Vector3<T>) -> Vector3<T> {
     v.map(|x| x.clamp(-T::MAX_DIFFERENCE, T::MAX_DIFFERENCE))
 }
@@ -71,7 +71,7 @@ mod tests {
         vectors.prop_filter("a direction", |v| v.norm() > 1e-3).prop_map(|v| v.normalize())
     }
 
-    /// The sum of the matrix exponential's series, of halves where the angle is large.
+    /// Series of the matrix exponential, by repeated squaring for large angles.
     fn by_series(phi: &Vector3<f64>) -> Matrix3<f64> {
         if phi.norm() > 0.5 {
             let half = by_series(&(phi * 0.5));

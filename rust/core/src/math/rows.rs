@@ -1,7 +1,7 @@
-//! Rows of numbers, four at a time: in pairs, for which every x86-64 has registers, or in one
-//! register of AVX2 where the processor has it.
+//! Rows of numbers, four at a time: in pairs, which every x86-64 has registers for, or in one AVX2
+//! register if the processor has it.
 //!
-//! Each product and each sum is rounded by itself, so that both give the same bits.
+//! Each product and each sum is rounded separately, and the two forms give the same bits.
 
 use wide::f64x4;
 
@@ -17,25 +17,25 @@ pub(crate) trait Fours: Copy {
     fn of(self, numbers: [f64; 4]) -> Self::Four;
     fn numbers(self, four: Self::Four) -> [f64; 4];
 
-    /// The k-th four numbers of a row.
+    /// The k-th group of four numbers in a row.
     #[inline(always)]
     fn take<const W: usize>(self, row: &[f64; W], k: usize) -> Self::Four {
         self.of(row.as_chunks().0[k])
     }
 
-    /// Puts them there.
+    /// Stores the four numbers.
     #[inline(always)]
     fn put<const W: usize>(self, four: Self::Four, row: &mut [f64; W], k: usize) {
         row.as_chunks_mut().0[k] = self.numbers(four);
     }
 
-    /// Rounded twice.
+    /// Product plus sum, rounded twice.
     #[inline(always)]
     fn add_product(self, sum: Self::Four, a: Self::Four, b: Self::Four) -> Self::Four {
         self.add(sum, self.multiply(a, b))
     }
 
-    /// `row` plus rows times factors; each number is summed as it would be alone.
+    /// `row` plus rows times factors; each number has the same sum as it would have alone.
     #[inline(always)]
     fn sum<const W: usize>(self, row: [f64; W], factors: &[f64], rows: &[[f64; W]]) -> [f64; W] {
         let mut total = row;
@@ -61,7 +61,7 @@ pub(crate) trait OnRows {
     fn run<F: Fours>(self, fours: F) -> Self::Output;
 }
 
-/// In pairs.
+/// Four numbers as two pairs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pairs;
 
@@ -99,7 +99,7 @@ impl Fours for Pairs {
     }
 }
 
-/// Does the work in the widest registers that the processor has for it.
+/// Does the work in the widest registers of the processor.
 #[inline(always)]
 pub(crate) fn widest<W: OnRows>(work: W) -> W::Output {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
@@ -169,7 +169,7 @@ mod avx2 {
 mod tests {
     use super::{Fours, OnRows, Pairs, widest};
 
-    /// Sums, and each of them less the next times a number.
+    /// Sums, and each sum minus the next number times a factor.
     #[derive(Clone, Copy)]
     struct Sums<'a>(&'a [[f64; 24]; 7], &'a [f64; 7]);
 

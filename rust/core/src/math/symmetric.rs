@@ -1,4 +1,4 @@
-//! A symmetric matrix of fixed size that cannot lose its symmetry.
+//! A symmetric matrix of fixed size that is always symmetric.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::validity::is_size;
 use super::{Limits, Real, choose};
 
-/// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
+/// Symmetric `N × N` matrix; only the upper triangle is used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct Symmetric<T, const N: usize> {
@@ -68,8 +68,8 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         }
     }
 
-    /// Keeps a covariance that is `large` definite and finite: raises its diagonal by what rounding
-    /// may have cost, and scales it down as a whole where the trace passes its bound.
+    /// Keeps a `large` covariance definite and finite: adds the possible rounding error to its
+    /// diagonal, and scales the whole matrix if the trace exceeds its bound.
     #[inline(always)]
     pub fn settle(&mut self, large: T::SimdBool) {
         let bound = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
@@ -81,7 +81,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         }
     }
 
-    /// Replaces every element, each once; the lower triangle is never touched.
+    /// Replaces every element once, except the lower triangle.
     #[inline(always)]
     pub fn assign(&mut self, element: impl Fn(usize, usize) -> T) {
         for j in 0..N {
@@ -91,14 +91,14 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         }
     }
 
-    /// Takes over another one in some lanes.
+    /// Copies another matrix in some lanes.
     #[inline(always)]
     pub fn assign_where(&mut self, lanes: T::SimdBool, other: &Self) {
         let old = *self;
         self.assign(|i, j| choose(lanes, other.at(i, j), old.at(i, j)));
     }
 
-    /// A matrix by the elements of its upper triangle.
+    /// A matrix from the elements of its upper triangle.
     #[inline(always)]
     pub fn from_upper(element: impl Fn(usize, usize) -> T) -> Self {
         let mut matrix = Self::diagonal(T::zero());
@@ -112,19 +112,19 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
-/// Bound, times [`Limits::ROUNDING`] (8 ε) and the number `N` of rows, by which a covariance of
-/// correlations may miss semidefiniteness. An update rounds each element by at most `N + 2` units
-/// ε of its variances, Cholesky's method of the test by `N + 1`, and the correlations by 5: together
-/// `N (2 N + 8)` ε in norm. The largest `N` is 21, so that 16 allows more than two such updates
-/// before a step returns what rounding took. Steps that could lose more ask this same bound, and are
-/// not made where they miss it.
+/// Bound of a covariance's indefiniteness, in units of [`Limits::ROUNDING`] (8 ε) times the number
+/// `N` of rows, for its correlations. An update rounds each element by at most `N + 2` units ε of
+/// its variances. Cholesky's method of the test rounds by `N + 1` units, the correlations by 5. The
+/// sum is `N (2 N + 8)` ε in norm. The largest `N` is 21, and 16 allows more than two updates
+/// before a step restores the rounding errors. Steps that could lose more test this bound first,
+/// and are left out if they exceed it.
 const MAX_INDEFINITENESS: f64 = 16.0;
 
 impl<T, const N: usize> Symmetric<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// True if it can be a covariance of a running filter: of a trace of at most `bound`, and
+    /// True if a running filter can have this covariance: its trace is at most `bound`, and it is
     /// semidefinite to [`MAX_INDEFINITENESS`].
     pub(crate) fn is_covariance(&self, bound: T) -> bool {
         let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
@@ -136,8 +136,8 @@ where
 }
 
 impl<T: Real, const N: usize> Symmetric<T, N> {
-    /// True where it is semidefinite to [`MAX_INDEFINITENESS`]: by Cholesky's method on the
-    /// correlations, so that no size of a component hides another.
+    /// True if it is semidefinite to [`MAX_INDEFINITENESS`]: tested by Cholesky's method on the
+    /// correlations, independent of the components' sizes.
     pub(crate) fn semidefinite(&self) -> T::SimdBool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
         let rounding = T::limit(<T::Element as Limits>::ROUNDING);
@@ -146,7 +146,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
             true => one,
             false => self.at(i, j) * scale[i] * scale[j],
         });
-        // Of a variance below zero nothing is left; not so for NaN.
+        // A negative variance gives false, NaN gives false, too.
         let mut so = self.at(0, 0).simd_ge(T::zero());
         for j in 0..N {
             let pivot = rest.at(j, j);
@@ -164,10 +164,10 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
-/// The vector of `element(i)`.
+/// The vector with elements `element(i)`.
 ///
-/// Inlined whatever its size, as nalgebra's own is not: what is compiled apart from a step lacks
-/// the instructions of its lanes.
+/// Inlined for any size, unlike nalgebra's own function: separately compiled functions lack the
+/// instructions of the lanes.
 #[inline(always)]
 pub(crate) fn vector<T: Real, const N: usize>(element: impl Fn(usize) -> T) -> SVector<T, N> {
     let mut vector = SVector::zeros();
@@ -183,10 +183,10 @@ mod tests {
     use crate::math::Limits;
     use proptest::prelude::*;
 
-    /// A covariance whose correlations have a least eigenvalue of `-miss`: all of them equal.
+    /// A covariance with equal correlations and a smallest eigenvalue of `-miss`.
     fn missing<const N: usize>(miss: f64, sizes: &[i32], sign: f64) -> Symmetric<f64, N> {
         let r = match sign > 0.0 {
-            // Of two rows either sign does.
+            // With two rows either sign is possible.
             true => 1.0 + miss,
             false => -(1.0 + miss) / (N as f64 - 1.0),
         };

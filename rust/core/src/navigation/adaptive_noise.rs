@@ -1,7 +1,7 @@
-//! Noise of a sensor as its innovations show it.
+//! Noise of a sensor from its innovations.
 //!
-//! The Allan variance of the innovations over one measurement is that of the measurement, as long as
-//! the inertial sensors take the motion out (Fu & Han, equations 17 and 26 to 31).
+//! The Allan variance of the innovations over one interval is the measurement's Allan variance, if
+//! the inertial sensors remove the motion (Fu & Han, equations 17 and 26 to 31).
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,12 +10,12 @@ use super::innovation_gate::MAX_INNOVATION;
 use super::params::Adapt;
 use crate::math::Real;
 
-/// Seconds across which differences of innovations say nothing; fixes come once a second, about.
+/// Longest interval for a difference of innovations, s; fixes usually come once a second.
 const MAX_DIFFERENCE_S: f64 = 1.5;
-/// Gain of the Allan variance, and differences from which on it counts.
+/// Gain of the Allan variance, and number of differences from which it is used.
 const FADING: f64 = 0.03;
 const MIN_DIFFERENCES: u32 = 10;
-/// Least noise, as a share of the stated one.
+/// Smallest noise, as a share of the stated noise.
 const MIN_NOISE_SHARE: f64 = 1e-4;
 const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;
 
@@ -23,9 +23,9 @@ const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AdaptiveNoise {
     spread: Vector3<f64>,
-    /// Differences that it was learned from.
+    /// Number of differences in the Allan variance.
     count: u32,
-    /// The last innovation, and its time; NaN before the first.
+    /// Last innovation, and its time; NaN before the first.
     last: Vector3<f64>,
     last_time: f64,
 }
@@ -35,13 +35,13 @@ impl AdaptiveNoise {
         Self { spread: Vector3::zeros(), count: 0, last: Vector3::zeros(), last_time: f64::NAN }
     }
 
-    /// Return the learned noise, for a filter that restarts.
+    /// Returns the learned noise, for a filter that restarts.
     pub fn restarted(self) -> Self {
         Self { spread: self.spread, count: self.count, ..Self::new() }
     }
 
-    /// Learns from an innovation, whether it will be taken or not. Returns the seconds since the one
-    /// before, NaN for the first.
+    /// Learns from an innovation, accepted or not. Returns the time since the previous innovation,
+    /// s, NaN for the first.
     #[inline(always)]
     pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> f64 {
         let difference = innovation - self.last;
@@ -60,7 +60,7 @@ impl AdaptiveNoise {
         apart
     }
 
-    /// Return the variance of an axis, of which the sensor states `stated`.
+    /// Returns the variance of an axis with the stated variance `stated`.
     pub fn variance(&self, axis: usize, stated: f64, adapt: Adapt) -> f64 {
         match adapt {
             _ if self.count < MIN_DIFFERENCES => stated,
@@ -70,7 +70,7 @@ impl AdaptiveNoise {
         }
     }
 
-    /// Standard deviations that the innovations show; NaN before they do.
+    /// Standard deviations learned from the innovations; NaN before they are known.
     pub fn standard_deviations(&self) -> [f64; 3] {
         let known = self.count >= MIN_DIFFERENCES;
         [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })

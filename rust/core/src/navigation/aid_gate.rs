@@ -1,9 +1,9 @@
-//! Gate of an aid: a disturbed, frozen or jumping sensor does not move the filter.
+//! Gate of an aid: a disturbed, frozen or jumping sensor does not change the filter.
 //!
-//! A reading is judged alone and together with those before it: many small innovations of one sign
-//! are as improbable as one that is large. After a disturbance readings must agree with the filter
-//! for a while before one is used. If they disagree by a constant amount instead, the sensor's own
-//! constant has changed, not the filter.
+//! A reading is tested alone and together with earlier readings: many small innovations with one
+//! sign are as improbable as a large innovation. After a disturbance readings must agree with the
+//! filter for some time before a reading is used. If they disagree by a constant amount instead,
+//! the sensor's own constant has changed.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,47 +13,49 @@ use super::covariance::Innovation;
 use super::innovation_gate::MAX_INNOVATION;
 use crate::math::validity::{are_within, is_count, is_within};
 
-/// Gain of the mean of normalised innovations, the largest mean, 4.4 of its standard deviations, and
-/// the largest innovation that it takes.
+/// Gain of the mean of normalised innovations; its largest value, 4.4 standard deviations; and the
+/// largest innovation in the mean.
 const MEAN_GAIN: f64 = 0.05;
 const MAX_MEAN: f64 = 0.7;
 const MAX_NORMALISED: f64 = 5.0;
-/// Rejected readings in a row that are a disturbance.
+/// Number of rejected readings in a row that is a disturbance.
 const MIN_DISTURBANCE: u32 = 2;
-/// Standard deviations of a difference by which readings agree with each other.
+/// Largest difference of two agreeing readings, in standard deviations.
 const MAX_AGREEMENT_SIGMAS: f64 = 3.0;
-/// Seconds after which a value that has not changed by a bit is that of a frozen sensor.
+/// Time after which a bit-identical value means a frozen sensor, s.
 const MAX_EQUAL_S: f64 = 2.0;
 
-/// Seconds of agreement: with the filter, until a reading is used after a disturbance, and of
-/// readings with each other, until the sensor's constant is another one.
+/// Times of agreement, s: with the filter, until a reading is used after a disturbance; and between
+/// readings, until the sensor's constant has changed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Patience {
     pub agreement: f64,
     pub change: f64,
 }
 
-/// Gate of one sensor, whose readings have one axis or three.
+/// Gate of one sensor with readings of one axis or three axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AidGate {
     pub noise: AdaptiveNoise,
     /// Time of the last reading, s; NaN before the first.
     pub time: f64,
-    /// Innovations of the last one; NaN before the first, and where it has fewer axes.
+    /// Innovations of the last reading; NaN before the first, and for missing axes.
     pub new: [Innovation; 3],
-    /// Readings used, rejected and refused.
+    /// Numbers of readings used, rejected and refused.
     pub counts: [u64; 3],
     /// Fading mean of the normalised innovations.
     mean: Vector3<f64>,
-    /// Readings rejected in a row.
+    /// Number of readings rejected in a row.
     rejected: u32,
     pub disturbed: bool,
-    /// Since when readings agree with the filter after a disturbance, s; NaN: they do not.
+    /// Time since which readings agree with the filter after a disturbance, s; NaN if they
+    /// disagree.
     agrees_since: f64,
-    /// First of the rejected innovations that agree with each other, and its time, s; NaN: none.
+    /// First of the rejected innovations that agree with each other, and its time, s; NaN if there
+    /// is none.
     first: Vector3<f64>,
     first_time: f64,
-    /// The last value, and since when it is the same, s; NaN before the first.
+    /// Last value, and time since which it is constant, s; NaN before the first.
     value: Vector3<f64>,
     equal_since: f64,
 }
@@ -85,14 +87,14 @@ impl AidGate {
         }
     }
 
-    /// Restart the gate; what was learned of the sensor, and its counts stay.
+    /// Restarts the gate; learned noise and counts stay.
     pub fn restart(&mut self) {
         let Self { noise, time, counts, value, equal_since, .. } = *self;
         let noise = noise.restarted();
         *self = Self { noise, time, counts, value, equal_since, ..Self::new() };
     }
 
-    /// Takes the value of a reading as it was given; returns true if the sensor seems frozen.
+    /// Stores the raw value of a reading; returns true if the sensor seems frozen.
     pub fn is_frozen(&mut self, time: f64, value: &Vector3<f64>, moving: bool) -> bool {
         if self.equal_since.is_nan() || *value != self.value {
             (self.value, self.equal_since) = (*value, time);
@@ -105,8 +107,9 @@ impl AidGate {
         self.new.iter().take(axes).map(Innovation::nis).sum()
     }
 
-    /// Decides by the innovations of a reading and `error`, what it differs by in axes in which a
-    /// constant error of the sensor stays constant. `variance` is that of its noise.
+    /// Decides by the innovations of a reading, by `error` and by `variance`. `error` is the
+    /// difference in axes in which a constant error of the sensor is constant. `variance` is the
+    /// noise of `error`.
     pub fn decide(
         &mut self,
         time: f64,
@@ -146,7 +149,7 @@ impl AidGate {
         AidDecision::Take
     }
 
-    /// A sensor that is frozen or broken agrees with nothing.
+    /// Notes a frozen or broken sensor, which agrees with nothing.
     pub fn freeze(&mut self) {
         self.disturbed = true;
         (self.agrees_since, self.first_time) = (f64::NAN, f64::NAN);
@@ -158,7 +161,7 @@ impl AidGate {
         (self.agrees_since, self.first_time) = (f64::NAN, f64::NAN);
     }
 
-    /// Takes the innovations of a reading into their mean.
+    /// Adds the innovations of a reading to their mean.
     pub fn average(&mut self, axes: usize) {
         for i in 0..axes {
             let Innovation { value, variance } = self.new[i];
@@ -167,7 +170,7 @@ impl AidGate {
         }
     }
 
-    /// True if the innovations lean to one side.
+    /// True if the innovations are biased to one side.
     fn leans(&self) -> bool {
         self.mean.amax() > MAX_MEAN
     }

@@ -12,23 +12,23 @@ use super::innovation_gate::{GateDecision, MAX_INNOVATION, Return};
 use super::params::{MAX_BIAS, MAX_LEVER, Wheels};
 use crate::math::Real;
 
-/// Variances of level and heading that a filter gains that was wrong, rad².
+/// Variances of level and heading that are added to a wrong filter, rad².
 const WIDENED_VARIANCES_RAD2: [f64; 2] = [1e-3, 0.03];
-/// Largest residual of fixes after an outage, squared and over their noise: more is one in a
-/// thousand.
+/// Largest residual of fixes after an outage, squared and over their noise; the probability of a
+/// larger residual is one in a thousand.
 const MAX_OUTAGE_NIS: f64 = 16.27;
-/// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
+/// Time between two wheel corrections, s, and smallest speed for them, m/s.
 const WHEELS_INTERVAL_S: f64 = 0.2;
 const MIN_WHEELS_SPEED_M_S: f64 = 1.0;
-/// Of a body at rest, m/s, and the speed above which one is not believed to rest.
+/// Standard deviation of the velocity at rest, m/s, and largest speed at which rest is plausible.
 const REST_SIGMA_M_S: f64 = 0.05;
 pub(crate) const MAX_REST_SPEED_M_S: f64 = 0.5;
-/// Least noise of the mean rate at rest, rad/s.
+/// Smallest noise of the mean rate at rest, rad/s.
 const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
-/// A correction after which the Earth is that of another place, m.
+/// Size of a correction after which the Earth's values are computed again, m.
 const MAX_EARTH_DISTANCE_M: f64 = 1e3;
 
-/// Innovation of a position or a velocity, its derivatives by errors, and its stated standard
+/// Innovation of a position or velocity, its derivatives by the errors, and its stated standard
 /// deviations.
 pub(crate) struct Measured {
     z: Vector3<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct Measured {
 }
 
 impl NavigationFilter {
-    /// A fix that is neither too old nor ahead.
+    /// Processes a fix that is neither too old nor ahead of the sensors.
     pub(crate) fn take<W: Observer>(
         &mut self,
         given: &Given,
@@ -72,7 +72,7 @@ impl NavigationFilter {
         }
     }
 
-    /// Measure position and velocity by a fix, less what is expected of the antenna.
+    /// Innovations of position and velocity of a fix, relative to the expected antenna.
     #[inline(always)]
     fn measure_fix(&self, given: &Given, age: f64) -> [Option<Measured>; 2] {
         let lever = self.motion.attitude * self.antenna;
@@ -94,7 +94,7 @@ impl NavigationFilter {
         [position, velocity]
     }
 
-    /// True if a fix is the first after an outage, or one that follows it.
+    /// State of the return after an outage: whether a fix is the first, or follows it.
     fn after_outage(&mut self, measured: &[Option<Measured>; 2]) -> Return {
         let time = self.sensors.time;
         let mut after = None;
@@ -110,7 +110,7 @@ impl NavigationFilter {
         self.gates[0].classify_return(time, after, &position.z, &noise, &walk)
     }
 
-    /// Position and velocity, each if it is believed.
+    /// Processes position and velocity, each if its gate accepts it.
     fn usual<W: Observer>(
         &mut self,
         measured: &[Option<Measured>; 2],
@@ -126,7 +126,7 @@ impl NavigationFilter {
         taken
     }
 
-    /// The first fix after an outage is looked at only: the next one tells whether it was right.
+    /// The first fix after an outage is only stored: the next fix confirms it or not.
     #[cold]
     fn waits(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
@@ -136,8 +136,8 @@ impl NavigationFilter {
         [Some(false), None]
     }
 
-    /// Two fixes after an outage agree. If what they leave is still a surprise, by their own noise, the
-    /// filter is surer of itself than it may be.
+    /// Processes two fixes after an outage that agree. If the residual is still too large for their
+    /// noise, the filter's covariance is too small.
     #[cold]
     fn comes_back(
         &mut self,
@@ -163,7 +163,8 @@ impl NavigationFilter {
         measured.each_ref().map(|one| one.as_ref().map(|_| true))
     }
 
-    /// Takes all that was measured, and tells no scalars: a filter may have been widened before.
+    /// Corrects by all measurements. No scalars are recorded, because the filter may have been
+    /// widened before.
     fn believe(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) {
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
@@ -173,7 +174,7 @@ impl NavigationFilter {
         }
     }
 
-    /// The residual of one kind after all were taken, squared, over its noise.
+    /// Squared residual of position or velocity after all corrections, over its noise.
     fn left(&self, measured: &[Option<Measured>; 2], kind: usize, found: &Errors) -> f64 {
         let Some(measured) = &measured[kind] else { return 0.0 };
         let noise = self.noise(kind, measured);
@@ -194,7 +195,7 @@ impl NavigationFilter {
         [0, 1, 2].map(|i| gate.noise.variance(i, stated[i] * stated[i], self.params.adapt))
     }
 
-    /// Takes one kind of measurement if it is believed.
+    /// Processes a position or velocity if the gate accepts it.
     fn gate_fix<W: Observer>(
         &mut self,
         kind: usize,
@@ -264,7 +265,7 @@ impl NavigationFilter {
         })
     }
 
-    /// The derivatives of a position, or a velocity, by the antenna's position.
+    /// Derivatives of a position or velocity by the antenna's position.
     #[inline(never)]
     pub(crate) fn rows_of_antenna(&self, kind: usize) -> [Constants; 3] {
         let rate = self.sensors.gyro - self.gyro_bias;
@@ -279,7 +280,7 @@ impl NavigationFilter {
         })
     }
 
-    /// The filter was wrong, by as much as the fix says.
+    /// Corrects a wrong filter by the whole difference from the fix.
     #[cold]
     fn widen(&mut self, kind: usize, z: &Vector3<f64>) {
         if kind == 0 {
@@ -303,7 +304,7 @@ impl NavigationFilter {
         }
     }
 
-    /// Takes errors that were found out of the motion and the biases.
+    /// Subtracts the estimated errors from the motion and the biases.
     #[inline(never)]
     pub(crate) fn apply<W: Observer>(&mut self, found: &Errors, observer: &mut W) {
         let mut constants = None;
@@ -333,7 +334,7 @@ impl NavigationFilter {
         observer.record_correction(found, &self.covariance, &self.motion);
     }
 
-    /// Sideways and down a wheel does not go.
+    /// A wheel does not move sideways or downwards.
     #[inline(always)]
     pub(crate) fn look_at_wheels<W: Observer>(&mut self, observer: &mut W) {
         let Some(wheels) = self.params.wheels else { return };
@@ -365,7 +366,7 @@ impl NavigationFilter {
         self.apply(&found, observer);
     }
 
-    /// All samples of a step were at rest, if the filter does not know better.
+    /// Corrects for rest in all samples of a step, if the filter's speed allows it.
     #[inline(never)]
     pub(crate) fn stand<W: Observer>(&mut self, sums: &Sums, observer: &mut W) {
         let speed = self.motion.velocity.norm();

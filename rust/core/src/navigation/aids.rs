@@ -1,7 +1,7 @@
-//! Aids: a barometer, a compass and the baseline of two antennas, each behind a gate of its own.
+//! Aids: a barometer, a compass and the baseline of two antennas, each with its own gate.
 //!
-//! The barometer's reference and the compass's offset are constants that are estimated and walk. A
-//! disturbed sensor changes its own constant, never the state of the vehicle.
+//! The barometer's reference and the compass's offset are estimated constants with a random walk. A
+//! disturbed sensor changes only its own constant, never the state of the vehicle.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -24,35 +24,37 @@ use crate::math::validity::{is_size, is_within};
 /// Sensors of aids, in the order of their numbers.
 pub const AID_SENSORS: [&str; 3] = ["barometer", "compass", "baseline"];
 
-/// Standard deviations of a heading, rad, and of a baseline, m, that state none.
+/// Default standard deviations of a heading, rad, and of a baseline, m.
 const HEADING_SIGMA_RAD: f64 = 0.05;
 const BASELINE_SIGMA_M: f64 = 0.02;
-/// Standard deviations that readings may state: m, rad, m.
+/// Smallest standard deviations of readings: m, rad, m.
 const MIN_SIGMAS: [f64; 3] = [1e-3, 1e-4, 1e-4];
 const MAX_SIGMA: f64 = 1e6;
-/// Largest standard deviation that innovations may show: m, rad, m. Beyond it a sensor jumps.
+/// Largest standard deviations learned from innovations: m, rad, m. A sensor with more noise jumps.
 const MAX_LEARNED_SIGMAS: [f64; 3] = [5.0, 0.2, 0.5];
 /// Largest normalised innovation squared of one axis, and of three.
 const MAX_NIS: f64 = 9.0;
 const MAX_BASELINE_NIS: f64 = 16.27;
-/// See [`Patience`].
+/// Times of agreement of each sensor, see [`Patience`].
 const PATIENCE: [Patience; 3] = [
     Patience { agreement: 1.0, change: 3.0 },
     Patience { agreement: 2.0, change: 10.0 },
     Patience { agreement: 2.0, change: 10.0 },
 ];
-/// Of the barometer's reference before the first reading, m.
+/// Standard deviation of the barometer's reference before the first reading, m.
 const REFERENCE_SIGMA_M: f64 = 1e3;
-/// Variance that a constant gains when it has changed, over the square of what shows the change: a
-/// hundredth of that would turn the filter by a percent of its own variance.
+/// Variance that a changed constant gains, over the square of the detected change. A hundredth of
+/// it would change the filter by one percent of its own variance.
 const CHANGE_FACTOR: f64 = 100.0;
-/// Square of the cosine of the pitch below which a heading says nothing: 80 degrees.
+/// Square of the cosine of the largest pitch for a heading, 80 degrees.
 const MIN_LEVEL_SQUARED: f64 = 0.03;
-/// A measured baseline is as long as the known one, to so many standard deviations and this part.
+/// Largest difference of a measured baseline's length from the known length, in standard deviations
+/// and as a share.
 const MAX_LENGTH_SIGMAS: f64 = 4.0;
 const MAX_LENGTH_SHARE: f64 = 0.02;
 const MIN_BASELINE_M: f64 = 0.01;
-/// Headings of which a start is the mean, at most, and standard deviations by which they agree.
+/// Largest number of headings in the mean at the start, and standard deviations within which they
+/// agree.
 const MAX_START_COUNT: f64 = 100.0;
 const MAX_START_SIGMAS: f64 = 4.0;
 
@@ -66,8 +68,8 @@ const TROPOSPHERE_M: f64 = 44_330.769_230_769_23;
 const EXPONENT: f64 = 0.190_263_237_3;
 const SCALE_HEIGHT_M: f64 = 6_341.615_6;
 
-/// Height in the standard atmosphere, m, of a pressure, Pa, and metres a pascal; none outside 0 to 20
-/// km.
+/// Height in the standard atmosphere, m, of a pressure, Pa, and its derivative, m/Pa; `None`
+/// outside 0 to 20 km.
 pub fn pressure_height(pressure: f64) -> Option<[f64; 2]> {
     if !(MIN_PRESSURE_PA..=MAX_PRESSURE_PA).contains(&pressure) {
         return None;
@@ -80,17 +82,17 @@ pub fn pressure_height(pressure: f64) -> Option<[f64; 2]> {
     Some([TROPOSPHERE_M * (1.0 - power), TROPOSPHERE_M * EXPONENT * power / pressure])
 }
 
-/// What an aid measures. A number that is not finite, or cannot be, is missing.
+/// Measurement of an aid. A number that is not finite, or impossible, is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading {
-    /// Of a barometer, above any reference, m.
+    /// Barometric height above any reference, m.
     Height(f64),
-    /// Of a barometer, Pa.
+    /// Barometric pressure, Pa.
     Pressure(f64),
-    /// Of the body's forward axis, true north over east, rad.
+    /// Heading of the body's forward axis, from true north over east, rad.
     Heading(f64),
-    /// From the first to the second antenna, north, east, down, m, and the same in body axes; that of
-    /// the parameters where it is none.
+    /// Vector from the first to the second antenna, north, east, down, m, and the vector in body
+    /// axes, m; `None` for the vector of the parameters.
     Baseline([f64; 3], Option<[f64; 3]>),
 }
 
@@ -99,23 +101,24 @@ pub enum Reading {
 pub struct Aid {
     /// Time of the measurement, s.
     pub time: f64,
-    /// See above.
+    /// Measurement.
     pub reading: Reading,
-    /// Standard deviation of each axis, in the unit of the reading; NaN for that of the parameters.
+    /// Standard deviation of each axis, in the unit of the reading; NaN for the default of the
+    /// parameters.
     pub sigma: [f64; 3],
 }
 
-/// Counts of readings by verdict, to date.
+/// Numbers of readings by verdict, to date.
 pub type AidCounts = [u64; 3];
 
 /// State of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AidReport {
-    /// Readings used, rejected and refused.
+    /// Numbers of readings used, rejected and refused.
     pub counts: AidCounts,
-    /// Normalised innovation squared of the last one; NaN before the first.
+    /// Normalised innovation squared of the last reading; NaN before the first.
     pub nis: f64,
-    /// Standard deviation that the innovations show, m, rad or m; NaN before they do.
+    /// Standard deviation from the innovations, m, rad or m; NaN before it is known.
     pub sigma: f64,
     /// True if readings are rejected until they agree with the filter again.
     pub disturbed: bool,
@@ -125,46 +128,46 @@ pub struct AidReport {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Aids {
     pub gates: [AidGate; 3],
-    /// Barometric less ellipsoidal height, m.
+    /// Barometric height minus ellipsoidal height, m.
     reference: f64,
-    /// Reading less true heading, rad.
+    /// Reading of the compass minus true heading, rad.
     offset: f64,
-    /// Variances that the constants will gain with the next step.
+    /// Variances that the constants gain in the next step.
     gains: [f64; 2],
-    /// Time up to which the constants have walked, s; NaN before the first.
+    /// Time of the constants' last random-walk step, s; NaN before the first.
     walked: f64,
-    /// A heading from the compass that no fix has followed yet.
+    /// Heading from the compass before the first fix.
     start: Option<HeadingStart>,
 }
 
-/// Heading that is the mean of readings before the first fix.
+/// Mean of the compass readings before the first fix.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HeadingStart {
     count: f64,
-    /// Of the mean, without the offset of the compass.
+    /// Variance of the mean, without the compass's offset.
     variance: f64,
-    /// Of the last reading, s.
+    /// Time of the last reading, s.
     time: f64,
 }
 
-/// A reading that was looked at.
+/// A checked reading.
 #[derive(Debug, Clone, Copy)]
 struct Given {
     sensor: usize,
-    /// As it was given, and in SI units: m, rad, m.
+    /// The raw reading, and the reading in SI units: m, rad, m.
     raw: Vector3<f64>,
     value: Vector3<f64>,
     sigma: Vector3<f64>,
     baseline: Vector3<f64>,
 }
 
-/// Innovations of a reading, and their derivatives by errors and constants.
+/// Innovations of a reading, and their derivatives by the errors and constants.
 struct Measured {
     axes: usize,
     z: Vector3<f64>,
     rows: [Row; 3],
     constant: Option<usize>,
-    /// What the reading differs by, in axes in which an error of the sensor stays constant.
+    /// Difference of the reading in axes in which an error of the sensor is constant.
     error: Vector3<f64>,
 }
 
@@ -185,24 +188,24 @@ impl Aids {
         self.offset = wrap(self.offset + found[COMPASS]);
     }
 
-    /// A filter begins, or has lost itself.
+    /// Notes that the filter begins, or restarts after a loss.
     pub fn restart(&mut self) {
         self.gates.iter_mut().for_each(AidGate::restart);
         self.start = None;
     }
 
-    /// True if there are constants that walk.
+    /// True if a constant has a random walk.
     #[inline(always)]
     pub fn have_walked(&self) -> bool {
         !self.walked.is_nan()
     }
 
-    /// True if the heading is that of the compass alone.
+    /// True if the heading comes from the compass alone.
     pub fn has_started(&self) -> bool {
         self.start.is_some()
     }
 
-    /// The heading is known from elsewhere.
+    /// Notes that the heading is known from another source.
     pub fn forget_start(&mut self) {
         self.start = None;
     }
@@ -235,7 +238,7 @@ impl Aid {
         }
     }
 
-    /// None if nothing is there.
+    /// The checked reading, `None` if it is empty.
     fn look(&self, usual: f64, known: Option<[f64; 3]>) -> Result<Option<Given>, Error> {
         let sensor = self.sensor();
         for sigma in self.sigma {
@@ -271,7 +274,7 @@ impl Aid {
 }
 
 impl NavigationFilter {
-    /// Takes a reading of an aid.
+    /// Processes a reading of an aid.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a standard deviation is not positive, or there is no baseline.
@@ -279,7 +282,7 @@ impl NavigationFilter {
         self.update_aid_before(aid, &mut ())
     }
 
-    /// The same, with an observer.
+    /// Processes a reading of an aid, with an observer.
     ///
     /// # Errors
     /// As in [`update_aid`](Self::update_aid).
@@ -291,7 +294,7 @@ impl NavigationFilter {
         let given = aid.look(self.params.aids.barometer_sigma, self.params.aids.baseline)?;
         let age = self.sensors.time - aid.time;
         let gate = &mut self.aids.gates[aid.sensor()];
-        // An age that is not a number is that of a filter without samples.
+        // The age is not a number before the first sample.
         let timely = (-MAX_FIX_LEAD_S..=MAX_FIX_AGE_S).contains(&age)
             && aid.time >= self.start.time
             && (gate.time.is_nan() || aid.time > gate.time);
@@ -327,7 +330,7 @@ impl NavigationFilter {
         }
     }
 
-    /// The first reading of a barometer says what its reference is; the compass has an offset.
+    /// Sets the barometer's reference by its first reading, or begins the compass's offset.
     fn begin_aid_constant(&mut self, given: &Given, age: f64) {
         let Some(constant) = constant_of(given.sensor) else { return };
         if self.covariance.has_constant(constant) {
@@ -344,7 +347,8 @@ impl NavigationFilter {
         }
     }
 
-    /// The constants of the aids walk up to now, and gain what their sensors have shown.
+    /// Propagates the constants of the aids to the present, and adds the variances of detected
+    /// changes.
     #[inline(never)]
     pub(crate) fn walk_constants(&mut self) {
         let seconds = (self.sensors.time - self.aids.walked).at_least(0.0);
@@ -358,14 +362,14 @@ impl NavigationFilter {
         }
     }
 
-    /// The height of the sensor so many seconds ago, m.
+    /// Height of the sensor `age` seconds ago, m.
     fn height_at(&self, age: f64) -> f64 {
         let down = self.motion.velocity.z * age - self.motion.acceleration.z * (0.5 * age * age);
         self.motion.height + down
     }
 
-    /// The heading so many seconds ago, rad, and its derivatives by rotations about north, east and
-    /// down; none if the forward axis is nearly vertical.
+    /// Heading `age` seconds ago, rad, and its derivatives by rotations about north, east and down;
+    /// `None` if the forward axis is nearly vertical.
     fn heading_at(&self, age: f64) -> Option<(f64, Vector3<f64>)> {
         let attitude = &self.motion.attitude;
         let (north, east, down) = (attitude.m11, attitude.m21, attitude.m31);
@@ -411,7 +415,7 @@ impl NavigationFilter {
         Some(Measured { axes, z, rows, constant: constant_of(given.sensor), error })
     }
 
-    /// Takes a reading if it is believed.
+    /// Processes a reading if the gate accepts it.
     fn gate_aid<W: Observer>(
         &mut self,
         given: &Given,
@@ -478,7 +482,7 @@ impl NavigationFilter {
         new
     }
 
-    /// The variance of each axis, up to what a sensor that works may show.
+    /// Noise variance of each axis, limited to the largest value of a working sensor.
     fn aid_noise(&self, given: &Given) -> Vector3<f64> {
         let most = MAX_LEARNED_SIGMAS[given.sensor];
         let (noise, adapt) = (&self.aids.gates[given.sensor].noise, self.params.adapt);
@@ -489,7 +493,7 @@ impl NavigationFilter {
         })
     }
 
-    /// The constant of the sensor, if it has one, has changed by what the reading differs by.
+    /// Changes the sensor's constant, if it has one, by the difference of the reading.
     #[cold]
     fn change_constant(&mut self, measured: &Measured) {
         let estimated = |constant: &usize| self.covariance.has_constant(*constant);
@@ -504,7 +508,7 @@ impl NavigationFilter {
         self.motion.velocity.norm() >= MAX_REST_SPEED_M_S + 3.0 * variance.simd_sqrt()
     }
 
-    /// A heading before the first fix turns the body, which is level, to the mean of the readings.
+    /// Before the first fix: sets the heading of the level body to the mean of the readings.
     fn start_heading(&mut self, given: &Given, age: f64) -> Verdict {
         let begun = self.aids.start;
         if (self.heading_known && begun.is_none()) || self.sensors.gyro_age > MAX_UNKNOWN_S {
@@ -513,7 +517,7 @@ impl NavigationFilter {
         let Some((heading, _)) = self.heading_at(age) else { return Verdict::Refused };
         let off = wrap(given.value.x - self.aids.offset - heading);
         let variance = given.sigma.x * given.sigma.x;
-        // The mean restarts at a reading that disagrees with it.
+        // The mean restarts if a reading disagrees with it.
         let agrees = off * off <= MAX_START_SIGMAS * MAX_START_SIGMAS * 2.0 * variance;
         let before = begun.filter(|_| agrees).map_or(0.0, |start| start.count);
         let count = (before + 1.0).min(MAX_START_COUNT);
@@ -525,7 +529,8 @@ impl NavigationFilter {
         Verdict::Used
     }
 
-    /// The variance of a heading from the compass, at the first fix; its error is that of the offset.
+    /// Variance of a heading from the compass at the first fix; its error equals the offset's
+    /// error.
     pub(crate) fn take_heading_start(&mut self) -> Option<f64> {
         let start = self.aids.start.take()?;
         if !self.covariance.has_constant(COMPASS) {
@@ -553,12 +558,14 @@ impl NavigationFilter {
         })
     }
 
-    /// Barometric less ellipsoidal height, m, and its standard deviation; NaN before the first reading.
+    /// Barometric height minus ellipsoidal height, m, and its standard deviation; NaN before the
+    /// first reading.
     pub fn height_reference(&self) -> [f64; 2] {
         self.aid_constant(BAROMETER, self.aids.reference, self.params.aids.barometer_walk)
     }
 
-    /// Reading of the compass less true heading, rad, and its standard deviation; NaN before the first.
+    /// Compass reading minus true heading, rad, and its standard deviation; NaN before the first
+    /// reading.
     pub fn compass_offset(&self) -> [f64; 2] {
         self.aid_constant(COMPASS, self.aids.offset, self.params.aids.compass_walk)
     }
@@ -572,18 +579,18 @@ impl NavigationFilter {
         [value, variance.at_least(0.0).simd_sqrt()]
     }
 
-    /// The bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
+    /// Bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
     pub fn usable(&self) -> u8 {
         self.usable
     }
 }
 
-/// The constant that readings of a sensor have in them.
+/// Index of the constant in the readings of a sensor.
 fn constant_of(sensor: usize) -> Option<usize> {
     [Some(BAROMETER), Some(COMPASS), None][sensor]
 }
 
-/// True if a measured baseline is as long as the known one; other readings have no length.
+/// True if a measured baseline has the known length; for other readings true.
 fn has_length(given: &Given) -> bool {
     if given.sensor != 2 {
         return true;

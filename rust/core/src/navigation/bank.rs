@@ -1,5 +1,5 @@
-//! A bank of four filters with different noise of the sensors; the one whose errors while coasting
-//! are likeliest is shown.
+//! A bank of four filters with different noise of the sensors; the filter with the likeliest errors
+//! while coasting is shown.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ use crate::stream::Stream;
 const FILTERS: usize = 4;
 /// Factors on the white noise of gyro and accelerometer of each filter.
 pub const NOISE_FACTORS: [[f64; 2]; FILTERS] = [[1.0, 1.0], [3.0, 1.0], [1.0, 5.0], [3.0, 5.0]];
-/// Part of the others' comparisons that a filter must have to be shown.
+/// Smallest share of the other filters' comparisons for a filter that is shown.
 const MIN_WEIGHT_SHARE: f64 = 0.5;
 
 /// Four filters, each with a clone that coasts.
@@ -32,10 +32,10 @@ pub struct NavigationBank {
 }
 
 impl NavigationBank {
-    /// A bank that has seen no sample; `params` are those of its first filter.
+    /// A bank before its first sample; `params` are the parameters of its first filter.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn new(start: Start, params: NavigationParams) -> Result<Self, Error> {
         let mut filters = [NavigationFilter::new(start, params)?; FILTERS];
         for (filter, factors) in filters.iter_mut().zip(NOISE_FACTORS).skip(1) {
@@ -44,26 +44,26 @@ impl NavigationBank {
         Ok(Self { filters, coasting: [Coasting::new(); FILTERS], shown: 0 })
     }
 
-    /// Back to before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         self.filters.iter_mut().for_each(NavigationFilter::reset);
         (self.coasting, self.shown) = ([Coasting::new(); FILTERS], 0);
     }
 
-    /// Takes one sample of the sensors.
+    /// Processes one sample of the sensors.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update`].
     #[inline]
     pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
-        // The first one refuses what all would.
+        // The first filter refuses the same samples as all filters.
         for (filter, coasting) in self.filters.iter_mut().zip(&mut self.coasting) {
             filter.update_before(sample, coasting)?;
         }
         Ok(())
     }
 
-    /// Takes a fix; the verdict is that of the filter which is shown afterwards.
+    /// Processes a fix; the verdict belongs to the filter that is shown afterwards.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_gnss`].
@@ -81,7 +81,7 @@ impl NavigationBank {
         Ok(verdicts[usize::from(self.shown)])
     }
 
-    /// Takes the speed of the wheels; true if the filter that is shown will use it.
+    /// Processes the speed of the wheels; true if the shown filter will use it.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_wheels`].
@@ -98,7 +98,7 @@ impl NavigationBank {
         Ok(used[usize::from(self.shown)])
     }
 
-    /// Takes a reading of an aid; the verdict is that of the filter that is shown.
+    /// Processes a reading of an aid; the verdict belongs to the shown filter.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_aid`].
@@ -110,9 +110,10 @@ impl NavigationBank {
         Ok(verdicts[usize::from(self.shown)])
     }
 
-    /// Logarithms of the weights: half the sum of the faded likelihoods, as the lengths of a coast share
-    /// their errors, and a prior on the logarithms of the factors. A filter that was not compared with as
-    /// many fixes as others, or does not navigate as others do, has none.
+    /// Logarithms of the weights: half the sum of the faded likelihoods, since coasts of different
+    /// lengths share their errors, plus a prior on the logarithms of the factors. A filter has no
+    /// weight if it was compared with fewer fixes than others, or does not navigate while others
+    /// do.
     pub fn log_weights(&self) -> [f64; FILTERS] {
         let time = self.filters[0].time();
         let compared = self.coasting.map(|one| one.score.weight(time));
@@ -132,7 +133,7 @@ impl NavigationBank {
         })
     }
 
-    /// Weights, of sum one.
+    /// Weights, with sum one.
     pub fn weights(&self) -> [f64; FILTERS] {
         let logs = self.log_weights();
         let most = logs.iter().fold(f64::NEG_INFINITY, |most, one| most.max(*one));
@@ -142,7 +143,7 @@ impl NavigationBank {
         relative.map(|one| one / sum)
     }
 
-    /// Factors on the white noise of gyro and accelerometer of the filter that is shown.
+    /// Factors on the white noise of gyro and accelerometer in the filter that is shown.
     pub fn noise_factors(&self) -> [f64; 2] {
         NOISE_FACTORS[usize::from(self.shown)]
     }
@@ -213,7 +214,7 @@ impl Checkpoint for NavigationBank {
     }
 }
 
-/// The parameters with the white noise of gyro and accelerometer times two factors.
+/// The parameters with the white noise of gyro and accelerometer multiplied by two factors.
 fn scaled(params: &NavigationParams, [gyro, accel]: [f64; 2]) -> NavigationParams {
     let times = |noise: [f64; 3], factor: f64| noise.map(|x| x * (factor * factor));
     NavigationParams {

@@ -1,4 +1,4 @@
-//! A whole record: samples and fixes in the order of their times, and what was known after each.
+//! A whole record: samples and fixes in the order of their times, and the state after each.
 
 use core::ops::Range;
 
@@ -12,23 +12,24 @@ use crate::error::Error;
 /// A record of n samples and m fixes.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// Of the samples, s: (n,).
+    /// Times of the samples, s: (n,).
     pub time: &'a [f64],
     /// Rates, rad/s, or angles: (n,).
     pub gyro: &'a [[f64; 3]],
     /// Specific forces, m/s², or velocities: (n,).
     pub accel: &'a [[f64; 3]],
-    /// True if the body is known to rest: (n,), or empty for never.
+    /// True if the body is known to rest: (n,); empty means never.
     pub rest: &'a [bool],
-    /// In the order of their times; each is taken after the first sample that is not before it.
+    /// Wheel speeds in the order of their times; each is processed after the first sample that is
+    /// not earlier.
     pub wheels: &'a [Rolling],
-    /// Likewise, after the wheels.
+    /// Readings of aids, in the same order, processed after the wheels.
     pub aids: &'a [Aid],
-    /// Likewise, after the aids.
+    /// Fixes, in the same order, processed after the aids.
     pub fixes: &'a [Fix],
 }
 
-/// The first of the wheels, of the aids and of the fixes that are not taken yet.
+/// Indices of the first wheel speed, reading and fix that are not yet processed.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Next {
     wheels: usize,
@@ -39,60 +40,60 @@ pub struct Next {
 /// State after each sample, and verdict on each fix.
 #[derive(Debug)]
 pub struct Known<'a> {
-    /// As in [`Snapshot`](super::Snapshot).
+    /// Position, as in [`Snapshot`](super::Snapshot).
     pub position: &'a mut [[f64; 3]],
-    /// North, east, down, m/s.
+    /// Velocity north, east, down, m/s.
     pub velocity: &'a mut [[f64; 3]],
-    /// Scalar first.
+    /// Quaternion, scalar first.
     pub quaternion: &'a mut [[f64; 4]],
-    /// Rad/s.
+    /// Bias of the gyro, rad/s.
     pub gyro_bias: &'a mut [[f64; 3]],
-    /// m/s².
+    /// Bias of the accelerometer, m/s².
     pub accel_bias: &'a mut [[f64; 3]],
-    /// Standard deviations.
+    /// Standard deviations of the errors.
     pub sigma: &'a mut [Errors],
-    /// The number of a [`Status`](super::Status).
+    /// Number of the [`Status`](super::Status).
     pub status: &'a mut [u8],
-    /// The number of a [`Verdict`]; that of a fix after the last sample stays as it is.
+    /// Number of the [`Verdict`]; unchanged for a fix after the last sample.
     pub verdict: &'a mut [u8],
-    /// Normalised innovations squared of position and velocity; NaN where the fix was refused, tells
-    /// none, or began the track.
+    /// Normalised innovations squared of position and velocity; NaN if the fix was refused, has no
+    /// such value, or began the track.
     pub nis: &'a mut [[f64; 2]],
-    /// Innovations of north, east and down of a position and of a velocity, each given those before
-    /// it; NaN as above.
+    /// Innovations of north, east and down of a position and of a velocity, each after the
+    /// corrections by the earlier ones; NaN as for `nis`.
     pub innovation: &'a mut [[f64; 6]],
-    /// Its standard deviation.
+    /// Standard deviation of `innovation`.
     pub innovation_sigma: &'a mut [[f64; 6]],
-    /// Time of the sample after which the fix was taken, s.
+    /// Time of the sample after which the fix was processed, s.
     pub taken: &'a mut [f64],
     /// Bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
     pub usable: &'a mut [u8],
-    /// Of each reading of an aid: as of a fix.
+    /// Verdict on each reading of an aid, as for a fix.
     pub aid_verdict: &'a mut [u8],
-    /// See `aid_verdict`.
+    /// Normalised innovation squared of each reading.
     pub aid_nis: &'a mut [f64],
-    /// See `aid_verdict`.
+    /// Time of the sample after which the reading was processed, s.
     pub aid_taken: &'a mut [f64],
 }
 
-/// A filter, or several of which one is shown.
+/// A filter, or a bank that shows one filter.
 pub trait Navigates {
-    /// Takes the sample of a number.
+    /// Processes the sample with this number.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update`].
     fn take_sample(&mut self, number: usize, sample: &Inertial) -> Result<(), Error>;
-    /// Takes the speed of the wheels; true if it will be used.
+    /// Processes the speed of the wheels; true if it will be used.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_wheels`].
     fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error>;
-    /// Takes a reading of an aid.
+    /// Processes a reading of an aid.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_aid`].
     fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error>;
-    /// Takes a fix.
+    /// Processes a fix.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update_gnss`].
@@ -104,9 +105,9 @@ pub trait Navigates {
 /// A filter with an observer.
 #[derive(Debug)]
 pub struct Observed<'a, W> {
-    /// See above.
+    /// The filter.
     pub filter: &'a mut NavigationFilter,
-    /// See above.
+    /// The observer.
     pub observer: &'a mut W,
 }
 
@@ -166,7 +167,8 @@ impl<W: Observer> Navigates for Observed<'_, W> {
 }
 
 impl Batch<'_> {
-    /// A piece of the samples, and the wheels and fixes from the `next` ones on that are due.
+    /// Processes a piece of the samples, and the wheel speeds, readings and fixes that are due,
+    /// from `next` on.
     ///
     /// # Errors
     /// As in [`NavigationFilter::update`], [`NavigationFilter::update_aid`] and

@@ -1,10 +1,10 @@
 //! The clone of a filter that coasts without fixes, and the likelihood of its errors.
 //!
-//! Only the difference of the clone from the filter is kept, to first order, and the clone's own
-//! covariance: both follow the steps of the filter, and each correction of the filter adds to the
-//! difference. The innovation that the clone would have is that of the filter and what the difference
-//! moves. Its likelihood is Student's, scaled to the clone's covariance (K. L. Lange, R. J. A. Little,
-//! J. M. G. Taylor, *J. American Statistical Association* 84, 1989).
+//! Two values are kept: the difference of the clone from the filter, to first order, and the
+//! clone's own covariance. They follow the steps of the filter, and each correction of the filter
+//! adds to the difference. The clone's innovation is the filter's innovation plus the effect of the
+//! difference. Its likelihood is Student's, scaled to the clone's covariance (K. L. Lange, R. J. A.
+//! Little, J. M. G. Taylor, *J. American Statistical Association* 84, 1989).
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -17,10 +17,10 @@ use super::motion::Motion;
 use crate::math::validity::{is_size, is_within};
 use crate::math::{Elementary, Fours, Pairs};
 
-/// Seconds after which a clone is compared with the fixes.
+/// Times after which a clone is compared with the fixes, s.
 const COASTS_S: [f64; LENGTHS] = [2.0, 5.0, 10.0];
 const LENGTHS: usize = 3;
-/// Seconds that a clone waits for a fix which is due, and tolerance of a sum of steps.
+/// Longest time that a clone waits for a fix that is due, s, and tolerance of a sum of steps.
 const MAX_WAIT_S: f64 = 1.5;
 const TOLERANCE_S: f64 = 1e-6;
 /// Standard deviation of the heading, rad, above which differences are not linear.
@@ -31,24 +31,24 @@ const STUDENT: f64 = 8.0;
 const FADING_S: f64 = 300.0;
 /// Largest difference of a clone, SI.
 const MAX_DIFFERENCE: f64 = 1e9;
-/// Smallest determinant of a covariance of two, SI: that of fixes of a tenth of a micrometre.
+/// Smallest determinant of a covariance of two values, SI: fixes of a tenth of a micrometre.
 const MIN_DETERMINANT: f64 = 1e-28;
 /// Bounds of a log likelihood, and of the sum of faded weights: six in ten seconds.
 const MAX_LOG_LIKELIHOOD: f64 = 1e3;
 const MAX_WEIGHT: f64 = 200.0;
 
-/// A position or a velocity that a filter takes, before it corrects the filter.
+/// A position or velocity that a filter uses, before it corrects the filter.
 #[derive(Debug, Clone, Copy)]
 pub struct TakenFix {
-    /// 0 of a position, 1 of a velocity.
+    /// Kind: 0 is a position, 1 a velocity.
     pub(crate) kind: usize,
-    /// Of the filter, s.
+    /// Time of the filter, s.
     pub(crate) time: f64,
     pub(crate) z: Vector3<f64>,
-    /// What errors and constants move.
+    /// Derivatives by the errors, and by the constants.
     pub(crate) rows: [Row; 3],
     pub(crate) constants: [Constants; 3],
-    /// Variances.
+    /// Variances of the measurement.
     pub(crate) noise: [f64; 3],
 }
 
@@ -56,10 +56,10 @@ pub struct TakenFix {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Departed {
     covariance: Covariance,
-    /// Errors of the clone less those of the filter.
+    /// Errors of the clone minus the errors of the filter.
     errors: Errors,
     constants: Constants,
-    /// Since the last fix that it took.
+    /// Time since the clone's last fix, s.
     seconds: f64,
     /// Index of the next length for positions and velocities.
     next: [u8; 2],
@@ -70,15 +70,15 @@ struct Departed {
 pub(crate) struct Score {
     sum: f64,
     weight: f64,
-    /// Of the last likelihood, s; NaN before the first.
+    /// Time of the last likelihood, s; NaN before the first.
     time: f64,
 }
 
-/// An observer of a filter: one clone after another, and the likelihood of their errors.
+/// Observer of a filter: one clone after another, and the likelihood of their errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Coasting {
     clone: Option<Departed>,
-    /// True if a clone begins with the correction under way.
+    /// True if a clone begins with the present correction.
     begins: bool,
     pub score: Score,
 }
@@ -168,7 +168,7 @@ impl Departed {
         self.seconds += seconds;
     }
 
-    /// The log likelihood of a fix that is due, horizontally.
+    /// Log likelihood of the horizontal innovation of a fix that is due.
     fn compare(&mut self, fix: &TakenFix) -> Option<f64> {
         let next = self.next.get_mut(fix.kind)?;
         let due = *COASTS_S.get(usize::from(*next))?;
@@ -210,7 +210,7 @@ impl Departed {
         }
     }
 
-    /// True if no fix can come that is compared.
+    /// True if no later fix is compared.
     fn is_over(&self) -> bool {
         self.next.iter().all(|next| {
             let due = COASTS_S.get(usize::from(*next));
@@ -246,7 +246,7 @@ impl Score {
     }
 
     fn fading(&self, time: f64) -> f64 {
-        // NaN before the first.
+        // The time is NaN before the first likelihood.
         let seconds = if time > self.time { time - self.time } else { 0.0 };
         (-seconds / FADING_S).max(-80.0).exponential()
     }
@@ -256,7 +256,7 @@ impl Score {
         self.weight * self.fading(time)
     }
 
-    /// Mean likelihood; NaN before the first.
+    /// Mean log likelihood; NaN before the first.
     pub fn mean(&self) -> f64 {
         self.sum / self.weight
     }
@@ -315,8 +315,8 @@ mod tests {
         NavigationFilter::new(start, params).expect("parameters in their ranges")
     }
 
-    /// A body that sways for some seconds, with a fix each half a second, `noise` m off its filter, and
-    /// copies of the filter that take none. Calls `check` before the last fix of each clone.
+    /// A body that sways for some seconds, with a fix every half second, `noise` m off its filter,
+    /// and copies of the filter without fixes. Calls `check` before the last fix of each clone.
     fn sway(
         antenna_sigma: f64,
         noise: f64,

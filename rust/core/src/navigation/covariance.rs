@@ -1,4 +1,4 @@
-//! The covariance of the errors: how it grows over a step, what a scalar measurement takes off it.
+//! The covariance of the errors: its growth over a step, and its reduction by a scalar measurement.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use super::filter::Observer;
 use super::motion::cross_columns;
 use crate::math::{Fours, OnRows, Pairs, Real, widest};
 
-/// Errors that are estimated: of position, velocity, orientation, biases of gyro and accelerometer.
+/// Number of errors: position, velocity, orientation, biases of gyro and accelerometer.
 pub const STATES: usize = 15;
 
-/// A row, with one place more so that it fills SIMD registers.
+/// A row of the errors, with one more place to fill SIMD registers.
 pub(crate) type Row = [f64; 16];
 
-/// Least noise of a scalar, over what the errors do to it: below it rounding would leave variances
-/// below zero.
+/// Smallest noise of a scalar, relative to its variance from the errors. With less noise, rounding
+/// would make variances negative.
 const MIN_NOISE: f64 = 1e-8;
 
 /// Index of each error's first component.
@@ -24,7 +24,7 @@ pub(crate) const PHI: usize = 6;
 pub(crate) const GYRO: usize = 9;
 pub(crate) const ACCEL: usize = 12;
 
-/// Innovation of a scalar, given those before it, and its variance.
+/// Innovation of a scalar after the earlier scalars, and its variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Innovation {
     pub value: f64,
@@ -34,15 +34,15 @@ pub(crate) struct Innovation {
 impl Innovation {
     pub const NONE: Self = Self { value: f64::NAN, variance: f64::NAN };
 
-    /// Normalised and squared: 1 on average.
+    /// Normalised innovation squared: 1 on average.
     #[inline(always)]
     pub fn nis(&self) -> f64 {
         self.value * self.value * (1.0 / self.variance)
     }
 }
 
-/// A scalar that was taken: how errors and constants move it, their covariances with it, and what
-/// was new of it.
+/// A scalar that was used: its derivatives by errors and constants, its covariances with them, and
+/// its innovation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scalar {
     pub(crate) h: Row,
@@ -52,46 +52,46 @@ pub struct Scalar {
     pub(crate) new: Innovation,
 }
 
-/// Errors, estimated less true; those of biases true less estimated.
+/// Errors, estimated minus true; errors of biases are true minus estimated.
 pub type Errors = [f64; STATES];
 
-/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. With it that of
-/// constants, where some are estimated.
+/// Covariance of the errors, symmetric to the bit. Each row has a sixteenth place, zero. The
+/// covariance of estimated constants is part of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<ConstantsCovariance>);
 
-/// Constants that may be estimated with the errors: scale, yaw and pitch of wheels, where the antenna
-/// is, the reference of the barometer and the offset of the compass. Their errors are true less
-/// estimated.
+/// Number of constants that may be estimated with the errors: scale, yaw and pitch of wheels,
+/// position of the antenna, reference of the barometer, and offset of the compass. Their errors are
+/// true minus estimated.
 pub const CONSTANTS: usize = 8;
-/// Those of a filter that has neither barometer nor compass: the first.
+/// Number of constants of a filter without barometer and compass: the first constants.
 pub(crate) const CONSTANTS_WITHOUT_AIDS: usize = 6;
 
-/// Index of the antenna's first component, and of those after it.
+/// Index of the antenna's first component, and indices of the constants after it.
 pub(crate) const ANTENNA: usize = 3;
 pub(crate) const BAROMETER: usize = 6;
 pub(crate) const COMPASS: usize = 7;
 
-/// A number for each of them.
+/// One number for each constant.
 pub type Constants = [f64; CONSTANTS];
 
-/// The covariance of errors of constants: with the errors of the filter, a row each, and with each
-/// other; and what the scalars to date have found of them, not yet taken out. The variance of one
-/// that is not estimated is zero.
+/// Covariance of the constants' errors: with the errors of the filter, one row each, and with each
+/// other. Also their estimated errors from the scalars to date, not yet subtracted. A constant that
+/// is not estimated has variance zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ConstantsCovariance {
     pub cross: [Row; CONSTANTS],
     pub own: [Constants; CONSTANTS],
     pub found: Constants,
-    /// Whether the antenna is considered, not estimated: no scalar moves it or its covariance (S. F.
-    /// Schmidt, *Advances in Control Systems* 3, 1966).
+    /// True if the antenna is considered, not estimated: no scalar changes its position or its
+    /// covariance (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
     pub considers_antenna: bool,
-    /// Whether the constants of barometer and compass count.
+    /// True if the constants of barometer and compass are used.
     pub aided: bool,
 }
 
 impl ConstantsCovariance {
-    /// Of constants that are all known.
+    /// Covariance if all constants are known.
     pub const NONE: Self = Self {
         cross: [[0.0; 16]; CONSTANTS],
         own: [[0.0; CONSTANTS]; CONSTANTS],
@@ -100,7 +100,7 @@ impl ConstantsCovariance {
         aided: false,
     };
 
-    /// Some constants, from the `first` on, are not known any more, but to deviations.
+    /// Sets the standard deviations of some constants, from the index `first` on.
     pub fn with<const N: usize>(mut self, first: usize, sigmas: [f64; N]) -> Self {
         for (k, sigma) in sigmas.into_iter().enumerate() {
             self.own[first + k][first + k] = sigma * sigma;
@@ -119,7 +119,7 @@ impl ConstantsCovariance {
         self.own[constant][constant] > 0.0
     }
 
-    /// Returns the part that remains where the errors restart.
+    /// The part that remains if the errors restart.
     pub fn alone(&self) -> Self {
         Self { cross: [[0.0; 16]; CONSTANTS], found: [0.0; CONSTANTS], ..*self }
     }
@@ -135,7 +135,7 @@ impl ConstantsCovariance {
         }
     }
 
-    /// Gains of a scalar that errors move by `h` and the first N constants by `hw`.
+    /// Gains of a scalar with derivatives `h` by the errors and `hw` by the first N constants.
     pub fn gain<const N: usize>(&self, h: &Row, hw: &Constants) -> Constants {
         let mut gain = [0.0; CONSTANTS];
         for (k, gain) in gain.iter_mut().enumerate().take(N) {
@@ -146,11 +146,11 @@ impl ConstantsCovariance {
     }
 }
 
-/// Transition of errors over a step: the blocks of Φ that are neither zero nor one, each row next
-/// to all that it multiplies.
+/// Transition of errors over a step: the blocks of Φ that are neither zero nor one, each row with
+/// all its factors in sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
-    /// From velocity, orientation and biases; those of the position stay.
+    /// From velocity, orientation and biases; the position itself has factor one.
     position: [[f64; 12]; 3],
     /// From velocity, orientation and biases.
     velocity: [[f64; 12]; 3],
@@ -158,7 +158,7 @@ pub struct Transition {
     attitude: [[f64; 6]; 3],
 }
 
-/// Quantities that a step's covariance depends on, as means over the step.
+/// Means over a step of the quantities that its covariance depends on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course {
     pub seconds: f64,
@@ -169,7 +169,7 @@ pub(crate) struct Course {
     pub gravity: f64,
 }
 
-/// Variances a step adds: of white noise through the orientation, and of the walks of the biases.
+/// Variances that a step adds: white noise through the orientation, and random walks of the biases.
 #[derive(Debug, Clone, Copy)]
 pub struct Growth {
     phi: Matrix3<f64>,
@@ -180,7 +180,7 @@ pub struct Growth {
 }
 
 impl Transition {
-    /// I + FT + F²T²/2, and from the bias of the gyro to the position F³T³/6.
+    /// I + FT + F²T²/2, and F³T³/6 from the bias of the gyro to the position.
     pub(crate) fn over(course: &Course) -> Self {
         let Course { seconds: t, attitude, velocity, earth, transport, gravity } = course;
         let (one, half) = (Matrix3::<f64>::identity(), 0.5 * t * t);
@@ -212,7 +212,7 @@ impl Transition {
         Self { position: hstack(&r), velocity: hstack(&v), attitude: hstack(&phi) }
     }
 
-    /// Φ times the rows of a matrix, in place: each row of Φ has only those below it, or its own.
+    /// Φ times the rows of a matrix, in place: each row of Φ uses only later rows, or its own row.
     #[inline(always)]
     fn times<F: Fours>(&self, fours: F, rows: &mut [Row; STATES]) {
         for (i, factors) in self.position.iter().enumerate() {
@@ -220,7 +220,7 @@ impl Transition {
             rows[i] = row;
         }
         let [a, b, c] = &self.velocity;
-        // No closure: one that is called is compiled for every processor.
+        // Not a closure, since it would be compiled without the caller's instruction set.
         let (none, from) = ([0.0; 16], &rows[V..]);
         let v = [fours.sum(none, a, from), fours.sum(none, b, from), fours.sum(none, c, from)];
         rows[V..PHI].copy_from_slice(&v);
@@ -240,7 +240,7 @@ impl Transition {
     ) {
         let old: [[f64; W]; GYRO] = core::array::from_fn(|i| rows[i]);
         for k in 0..12 {
-            // Into velocity and orientation, rows of the transition have what stays.
+            // For velocity and orientation, the rows of the transition contain the unchanged part.
             let kept = if V + k < GYRO { [0.0; W] } else { rows[V + k] };
             let by = |rows: &[[f64; 12]; 3]| rows.map(|row| row[k]);
             let moved = fours.sum(kept, &by(&self.position), &old);
@@ -282,7 +282,7 @@ impl Transition {
     }
 }
 
-/// Stack blocks of three rows horizontally.
+/// Stacks blocks of three rows horizontally.
 #[inline(always)]
 fn hstack<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; W]; 3] {
     let mut rows = [[0.0; W]; 3];
@@ -296,7 +296,8 @@ fn hstack<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; 
     rows
 }
 
-/// A row less a gain times gains over a variance: the same bits on both sides of a diagonal.
+/// A row minus a gain times gains over a variance, with the same bits on the two sides of the
+/// diagonal.
 #[inline(always)]
 fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
     let (own, inverse) = (Pairs.splat(own), Pairs.splat(inverse));
@@ -307,7 +308,8 @@ fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
 }
 
 impl Growth {
-    /// Over half a step: white noise of gyro and accelerometer, N², and walks of their biases, K².
+    /// Growth over half a step: white noise of gyro and accelerometer, N², and random walks of
+    /// their biases, K².
     pub(crate) fn over_half(
         course: &Course,
         white: [&Vector3<f64>; 2],
@@ -320,13 +322,13 @@ impl Growth {
         };
         let phi = through(white[0]);
         let velocity_phi = -cross_columns(&course.velocity, &phi);
-        // [v×] W [v×]ᵀ = -([v×] ([v×] W)ᵀ)ᵀ…, both symmetric.
+        // [v×] W [v×]ᵀ = -([v×] ([v×] W)ᵀ)ᵀ; the two factors are symmetric.
         let propagated = cross_columns(&course.velocity, &velocity_phi.transpose()) * -1.0;
         let velocity = through(white[1]) + propagated;
         Self { phi, velocity_phi, velocity, gyro: walk[0] * half, accel: walk[1] * half }
     }
 
-    /// Additional variances of an orientation and a velocity that were not measured.
+    /// Adds variances of an unmeasured rotation and velocity change.
     pub(crate) fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
         let v = course.velocity.cross_matrix();
         self.phi += Matrix3::from_diagonal_element(phi);
@@ -336,7 +338,7 @@ impl Growth {
 }
 
 impl Covariance {
-    /// Of errors that have nothing to do with each other.
+    /// Covariance of independent errors with these variances.
     pub(crate) fn of(variances: &Errors) -> Self {
         let mut rows = [[0.0; 16]; STATES];
         for (i, variance) in variances.iter().enumerate() {
@@ -351,7 +353,7 @@ impl Covariance {
         self.0[row][column]
     }
 
-    /// Φ(P + G)Φᵀ + G, G being what grows in half a step.
+    /// Φ(P + G)Φᵀ + G; G is the growth in half a step.
     pub(crate) fn propagate(&mut self, transition: &Transition, growth: &Growth) {
         widest(Propagation { covariance: self, transition, growth });
         if let Some(extra) = &mut self.1 {
@@ -385,7 +387,7 @@ impl Covariance {
         }
     }
 
-    /// The mean of both triangles.
+    /// Mean of the upper and lower triangle.
     #[inline(always)]
     fn even_out(&mut self) {
         for i in 0..STATES {
@@ -397,8 +399,8 @@ impl Covariance {
         }
     }
 
-    /// Takes a scalar that errors move by `h`, with its noise variance. `found` are the errors that
-    /// scalars before it have found; returns what was new of it.
+    /// Corrects by a scalar with derivatives `h` by the errors, and its noise variance. `found` are
+    /// the estimated errors from earlier scalars. Returns the innovation.
     #[inline]
     pub(crate) fn correct<W: Observer>(
         &mut self,
@@ -429,8 +431,8 @@ impl Covariance {
         new
     }
 
-    /// The same, but the estimate of the gyro's bias stays: it is considered, not corrected
-    /// (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
+    /// Corrects by a scalar, but keeps the estimate of the gyro's bias, which is considered, not
+    /// corrected (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
     pub(crate) fn correct_considering(
         &mut self,
         h: &Row,
@@ -448,7 +450,7 @@ impl Covariance {
         new
     }
 
-    /// The same where constants are estimated as well, which move the scalar by `hw`.
+    /// Corrects by a scalar with derivatives `hw` by estimated constants.
     pub(crate) fn correct_with_constants<W: Observer>(
         &mut self,
         h: &Row,
@@ -468,7 +470,7 @@ impl Covariance {
         }
     }
 
-    /// The same with the first N constants.
+    /// Corrects by a scalar with derivatives by the first N constants.
     #[inline(never)]
     fn correct_with<const N: usize, W: Observer>(
         &mut self,
@@ -508,19 +510,19 @@ impl Covariance {
             }
         }
         let new = Innovation { value: innovation, variance };
-        // The smoother follows scalars of an optimal gain only, else the covariances.
+        // The smoother uses scalars with an optimal gain, and covariances otherwise.
         if !considers {
             observer.record_scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
         }
         new
     }
 
-    /// Whether the antenna is considered, not estimated.
+    /// True if the antenna is considered, not estimated.
     pub(crate) fn considers_antenna(&self) -> bool {
         self.1.is_some_and(|extra| extra.considers_antenna)
     }
 
-    /// The variance of a scalar without its noise.
+    /// Variance of a scalar without its noise.
     pub(crate) fn variance_with_constants(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(extra) = &self.1 else { return 0.0 };
         let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);
@@ -529,8 +531,8 @@ impl Covariance {
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
     }
 
-    /// Errors of position and velocity that follow from those of the antenna by some rows: so the
-    /// filter begins at a fix.
+    /// Sets the errors of position and velocity that follow from the antenna's errors, at the fix
+    /// at which the filter begins.
     #[cold]
     pub(crate) fn propagate_antenna(&mut self, rows: &[[f64; 3]; 6]) {
         let Some(extra) = &mut self.1 else { return };
@@ -548,13 +550,13 @@ impl Covariance {
         }
     }
 
-    /// Return the covariance of errors that restart; of constants all that is known stays.
+    /// Covariance after a restart of the errors; the constants keep their covariance.
     pub(crate) fn with_variances(&self, variances: &Errors) -> Self {
         Self(Self::of(variances).0, self.1.map(|extra| extra.alone()))
     }
 
-    /// The error of the velocity is that in the frame which is believed in: one that moves has it
-    /// from the orientation as well.
+    /// Couples velocity and orientation. The velocity error is defined in the assumed frame: for a
+    /// moving body it includes a part from the orientation.
     pub(crate) fn couple(&mut self, velocity: &Vector3<f64>) {
         let phi = Matrix3::from_fn(|i, j| self.at(PHI + i, PHI + j));
         let velocity_phi = -cross_columns(velocity, &phi);
@@ -573,14 +575,15 @@ impl Covariance {
         }
     }
 
-    /// The heading is that of the compass: its error is that of the compass's offset.
+    /// Couples the heading to the compass: the heading's error equals the error of the compass's
+    /// offset.
     pub(crate) fn couple_heading(&mut self) {
         if let Some(extra) = &mut self.1 {
             extra.cross[COMPASS][PHI + 2] = -extra.own[COMPASS][COMPASS];
         }
     }
 
-    /// Variance of a sum of some errors, with factors `h`.
+    /// Variance of a sum of some errors with factors `h`.
     pub(crate) fn variance<const N: usize>(&self, h: &Row, errors: [usize; N]) -> f64 {
         let of = |i: usize| errors.iter().map(|j| self.0[i][*j] * h[*j]).sum::<f64>() * h[i];
         errors.iter().map(|i| of(*i)).sum()
@@ -652,7 +655,7 @@ mod tests {
 
     type Full = SMatrix<f64, STATES, STATES>;
 
-    /// F, from the differential equations.
+    /// Matrix F of the differential equations.
     fn drive(course: &Course) -> Full {
         let mut f = Full::zeros();
         let skew = |v: Vector3<f64>| v.cross_matrix();
@@ -671,7 +674,7 @@ mod tests {
         f
     }
 
-    /// By its series: elements of `m` are at most ten.
+    /// Exponential by its series; elements of `m` are at most ten.
     fn exponential(m: &Full) -> Full {
         let (mut sum, mut term) = (Full::identity(), Full::identity());
         for k in 1..60 {

@@ -14,30 +14,30 @@ const GRAVITY: [f64; 2] = [9.780_325_335_9, 9.832_184_937_8];
 /// Polar over equatorial radius: √(1 - e²).
 const POLAR: f64 = 0.996_647_189_335_258_2;
 
-/// Latitudes beyond ±89.5° have no useful north.
+/// Largest latitude, rad: beyond ±89.5° north is no useful direction.
 pub(crate) const MAX_LATITUDE: f64 = 1.562_069_680_534_925;
-/// Heights and depths of which something is known, m.
+/// Largest height and depth, m.
 pub(crate) const MAX_HEIGHT: f64 = 1e6;
 
-/// Earth's properties at a place for the mechanisation; computed again at each step of the
+/// Values of the Earth at a place for the mechanisation; computed again at each step of the
 /// covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LocalEarth {
-    /// Gravity, down, m/s².
+    /// Gravity, positive down, m/s².
     pub gravity: f64,
     /// Rotation of the Earth, rad/s.
     pub earth: Vector3<f64>,
-    /// Radians of latitude a metre north.
+    /// Change of latitude per metre north, rad/m.
     pub north: f64,
-    /// Radians of longitude a metre east.
+    /// Change of longitude per metre east, rad/m.
     pub east: f64,
-    /// One over the radius across the meridian, with the height, 1/m; tangent of the latitude.
+    /// Inverse of the transverse radius plus height, 1/m; tangent of the latitude.
     across: f64,
     tangent: f64,
 }
 
 impl LocalEarth {
-    /// At a latitude, rad, and a height, m.
+    /// The Earth at a latitude, rad, and a height, m.
     pub fn at(latitude: f64, height: f64) -> Self {
         let (sine, cosine) = (ComplexField::sin(latitude), ComplexField::cos(latitude));
         let w = 1.0 - ECCENTRICITY * sine * sine;
@@ -53,27 +53,27 @@ impl LocalEarth {
         }
     }
 
-    /// Of a ball that does not turn, so large that a walk on it is one over a plane.
+    /// A sphere without rotation, so large that a walk on it is a walk on a plane.
     pub(crate) fn plane(gravity: f64) -> Self {
         let (earth, scale) = (Vector3::zeros(), 1.0 / RADIUS);
         Self { gravity, earth, north: scale, east: scale, across: scale, tangent: 0.0 }
     }
 
-    /// Elsewhere on the Earth; a plane is everywhere the same.
+    /// The Earth at another place; a plane has the same values everywhere.
     #[inline(always)]
     pub(crate) fn relocate(&self, latitude: f64, height: f64) -> Self {
         let revolutions = self.earth.x != 0.0 || self.earth.z != 0.0;
         if revolutions { Self::at(latitude, height) } else { *self }
     }
 
-    /// The angular rate of the frame of north, east and down by its motion, rad/s.
+    /// Angular rate of the north, east, down frame by its motion, rad/s.
     #[inline(always)]
     pub fn transport(&self, velocity: &Vector3<f64>) -> Vector3<f64> {
         let about_north = velocity.y * self.across;
         Vector3::new(about_north, -velocity.x * self.north, -about_north * self.tangent)
     }
 
-    /// Numbers of some place that is not too near to a pole.
+    /// True if these can be the values at a place not too near a pole.
     pub(crate) fn is_valid(&self) -> bool {
         (0.0..20.0).contains(&self.gravity)
             && self.earth.iter().all(|x| x.abs() <= RATE)
@@ -84,20 +84,20 @@ impl LocalEarth {
     }
 }
 
-/// Gravity on the ellipsoid and above, m/s²; latitude in rad, height in m.
+/// Gravity on and above the ellipsoid, m/s²; latitude in rad, height in m.
 pub fn normal_gravity(latitude: f64, height: f64) -> f64 {
     let sine = ComplexField::sin(latitude);
     let square = sine * sine;
     gravity(square, ComplexField::sqrt(1.0 - ECCENTRICITY * square), height)
 }
 
-/// Somigliana's formula and the gradient of a sphere.
+/// Somigliana's formula with the gradient of a sphere.
 fn gravity(square: f64, root: f64, height: f64) -> f64 {
     let k = POLAR * GRAVITY[1] / GRAVITY[0] - 1.0;
     GRAVITY[0] * (1.0 + k * square) / root * (1.0 - 2.0 * height / RADIUS)
 }
 
-/// An angle from -π to π.
+/// The angle in the range from -π to π.
 pub(crate) fn wrap(angle: f64) -> f64 {
     use core::f64::consts::{PI, TAU};
     if (-PI..=PI).contains(&angle) {

@@ -1,4 +1,4 @@
-//! The filter as a stream of events: samples of the sensors, fixes of the receiver and readings of aids.
+//! The filter as a stream of events: samples of the sensors, fixes, and readings of aids.
 
 use super::aids::{Aid, Reading};
 use super::covariance::STATES;
@@ -9,18 +9,19 @@ use crate::stream::{Field, Input, Output, Shape, Stream};
 /// A sample of the sensors, a fix of the receiver, or a reading of an aid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// Of gyro and accelerometer.
+    /// A sample of gyro and accelerometer.
     Sample(Inertial),
-    /// Of the receiver.
+    /// A fix of the receiver.
     Fix(Fix),
-    /// Of an aid.
+    /// A reading of an aid.
     Aid(Aid),
 }
 
 impl Input for Event {
-    /// Kind and time; then of a sample (0) rate, force and flag of rest, of a fix (1) position, velocity
-    /// and the standard deviations of both, of a height (2), pressure (3), heading (4) or baseline (5)
-    /// the reading, its standard deviations and the baseline in body axes, NaN for the usual one.
+    /// Numbers of an event: kind and time, then its values. A sample (0) has rate, force and flag
+    /// of rest. A fix (1) has position, velocity and their standard deviations. A height (2),
+    /// pressure (3), heading (4) or baseline (5) has the reading, its standard deviations and the
+    /// baseline in body axes, NaN for the default.
     const NUMBERS: usize = 14;
 
     #[inline(always)]
@@ -47,7 +48,7 @@ impl Input for Event {
     }
 }
 
-/// None if it is missing.
+/// The baseline, `None` if it is missing.
 fn baseline_of(baseline: [f64; 3]) -> Option<[f64; 3]> {
     Some(baseline).filter(|baseline| baseline.iter().all(|x| !x.is_nan()))
 }
@@ -90,10 +91,11 @@ impl Stream for NavigationFilter {
     type Input = Event;
     type Output = Snapshot;
 
-    /// An event that cannot be changes nothing, such as a sample that is no later than the last one.
+    /// An invalid event changes nothing, for example a sample that is not later than the last
+    /// sample.
     #[inline]
     fn update(&mut self, event: Event) -> Snapshot {
-        // Either refuses before it has changed anything.
+        // An invalid event is refused before anything has changed.
         let _refused = match event {
             Event::Sample(sample) => Self::update(self, &sample).is_err(),
             Event::Fix(fix) => self.update_gnss(&fix).is_err(),

@@ -1,4 +1,5 @@
-//! The stream: samples of the sensors, fixes of the receiver, rests and wheels.
+//! The navigation filter as a stream: samples of the sensors, fixes of the receiver, rest and
+//! wheels.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -20,40 +21,39 @@ use super::usable;
 use crate::error::{Error, require};
 use crate::math::Real;
 
-/// Samples beyond are missing: rad/s and m/s².
+/// Largest sample, rad/s and m/s²; a larger sample is missing.
 pub(crate) const MAX_SAMPLE: f64 = 1e4;
-/// Longest time between two samples, s: after a longer one the filter waits for a fix.
+/// Longest interval between two samples, s; after a longer interval the filter waits for a fix.
 const MAX_SAMPLE_INTERVAL_S: f64 = 1.0;
-/// A missing sample is the last one for so long, s, then unknown.
+/// Longest time for which the last sample replaces missing samples, s; then it is unknown.
 const MAX_HELD_S: f64 = 0.1;
-/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any
-/// more.
+/// Time without a gyro that is a gap, s: errors of the orientation are no longer small.
 pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
-/// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
+/// Power densities of an unmeasured rate and force, rad²/s and m²/s³.
 const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
-/// Oldest fix, s, and how far one may be ahead of the sensors.
+/// Largest age of a fix, s, and largest lead over the sensors, s.
 pub(crate) const MAX_FIX_AGE_S: f64 = 1.0;
 pub(crate) const MAX_FIX_LEAD_S: f64 = 0.1;
-/// Variances of level and heading that it gains at a gap, rad².
+/// Variances of level and heading that a gap adds, rad².
 pub(crate) const GAP_VARIANCES_RAD2: [f64; 2] = [1e-2, 0.25];
-/// Without a fix for so long, s, it coasts.
+/// Time without a fix after which the filter coasts, s.
 const COASTING_S: f64 = 2.0;
-/// Bounds of a state of which something is known: m/s, and sums of variances.
+/// Bounds of a known state: velocity, m/s, and sums of variances.
 const MAX_VELOCITY: f64 = 1e5;
 pub(crate) const MAX_SIZES: [f64; 3] = [1e14, 1e10, 1e3];
-/// Largest time, s: digits enough for a microsecond.
+/// Largest time, s, with digits for a microsecond.
 const MAX_TIME: f64 = 4e9;
 
 /// One sample of the sensors, body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertial {
-    /// s.
+    /// Time of the sample, s.
     pub time: f64,
     /// Rate, rad/s, or angle since the previous sample.
     pub gyro: [f64; 3],
     /// Specific force, m/s², or velocity change since the previous sample.
     pub accel: [f64; 3],
-    /// True if the body is known to rest: its velocity is zero and its rate is the earth's.
+    /// True if the body is known to rest: zero velocity and the earth's rate.
     pub rest: bool,
 }
 
@@ -78,18 +78,18 @@ pub enum Status {
 pub struct Snapshot {
     /// Latitude and longitude, rad, height, m; NaN before the first fix.
     pub position: [f64; 3],
-    /// North, east, down, m/s; NaN before the first fix.
+    /// Velocity north, east, down, m/s; NaN before the first fix.
     pub velocity: [f64; 3],
-    /// From the body's axes to north, east, down; scalar first.
+    /// Quaternion from the body's axes to north, east, down, scalar first.
     pub quaternion: [f64; 4],
-    /// Rad/s.
+    /// Bias of the gyro, rad/s.
     pub gyro_bias: [f64; 3],
-    /// m/s².
+    /// Bias of the accelerometer, m/s².
     pub accel_bias: [f64; 3],
     /// Standard deviations of position, velocity, orientation and biases at the last step of the
     /// covariance; NaN before the first fix.
     pub sigma: Errors,
-    /// Its status.
+    /// Status of the filter.
     pub status: Status,
     /// Bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
     pub usable: u8,
@@ -97,39 +97,39 @@ pub struct Snapshot {
 
 /// Records the steps of a filter, for the smoother.
 pub trait Observer {
-    /// True if it takes what a fix measures, by `record_fix`.
+    /// True if it records the measurements of fixes by `record_fix`.
     const TAKES_FIXES: bool = false;
-    /// Take the number of the sample under way.
+    /// Notes the number of the present sample.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
-    /// Record what a step of some seconds does to a covariance, before `record_step`.
+    /// Records the change of a covariance by a step of some seconds, before `record_step`.
     #[inline(always)]
     fn record_growth(&mut self, _transition: &Transition, _growth: &Growth, _seconds: f64) {}
-    /// Record a position or a velocity that is taken, before `record_correction`.
+    /// Records a position or velocity that is used, before `record_correction`.
     #[inline(always)]
     fn record_fix(&mut self, _fix: &TakenFix) {}
-    /// Record that the fix under way ends an outage.
+    /// Records that the present fix ends an outage.
     #[inline(always)]
     fn mark_return(&mut self) {}
-    /// Record a step of the covariance, by `transition` to `covariance`.
+    /// Records a step of the covariance, by `transition` to `covariance`.
     fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
-    /// Record that `found` was taken out of the motion.
+    /// Records that `found` was subtracted from the motion.
     fn record_correction(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
-    /// Record the corrections of estimated constants, before `record_correction`.
+    /// Records the corrections of estimated constants, before `record_correction`.
     #[inline(always)]
     fn record_constants(&mut self, _constants: &Constants) {}
-    /// Record a scalar measurement, before `record_correction`. Without any, the covariances before
-    /// and after stand for them.
+    /// Records a scalar measurement, before `record_correction`. Without scalars the covariances
+    /// before and after the correction are used.
     #[inline(always)]
     fn record_scalar(&mut self, _scalar: &Scalar) {}
-    /// Drop the last scalars, which were not taken after all.
+    /// Removes the last scalars, which were not used after all.
     #[inline(always)]
     fn drop_scalars(&mut self, _scalars: usize) {}
-    /// Record that the covariance was widened: covariances before and after do not follow from
-    /// scalars alone.
+    /// Records that the covariance was widened. The covariance after the correction then does not
+    /// follow from scalars alone.
     #[inline(always)]
     fn mark_widened(&mut self) {}
-    /// Record a start of the filter, with this covariance.
+    /// Records a start of the filter, with this covariance.
     fn record_start(&mut self, covariance: &Covariance, motion: &Motion);
 }
 
@@ -158,12 +158,12 @@ pub struct NavigationFilter {
     pub(crate) before: Option<Before>,
     pub(crate) heading_known: bool,
     pub(crate) navigating: bool,
-    /// Seconds since the start or a gap in which nothing but the gyro has shown the orientation.
+    /// Time since the start or a gap in which only the gyro has shown the orientation, s.
     pub(crate) alone: f64,
-    /// Seconds since the wheels were looked at.
+    /// Time since the last wheel correction, s.
     pub(crate) wheels: f64,
     pub(crate) odometer: Odometer,
-    /// From the sensor to the antenna, body axes, m.
+    /// Vector from the sensor to the antenna, body axes, m.
     pub(crate) antenna: Vector3<f64>,
     /// Time of the last used fix; NaN before the first.
     pub(crate) last_used: f64,
@@ -172,7 +172,7 @@ pub struct NavigationFilter {
     pub(crate) usable: u8,
 }
 
-/// Counts of fixes by verdict, to date.
+/// Numbers of fixes by verdict, to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FixCounts {
     /// Used fixes, see [`Verdict::Used`].
@@ -181,9 +181,9 @@ pub struct FixCounts {
     pub rejected: u64,
     /// Refused fixes, see [`Verdict::Refused`].
     pub refused: u64,
-    /// Positions and velocities rejected by the gate.
+    /// Numbers of positions and velocities rejected by the gate.
     pub rejected_of: [u64; 2],
-    /// Number of times that the filter moved to positions after repeated rejections.
+    /// Number of moves of the filter to a position after repeated rejections.
     pub moved: u64,
     /// Time of the last move, s, and its distance, m; NaN before the first.
     pub last_move: [f64; 2],
@@ -196,14 +196,14 @@ impl FixCounts {
     }
 }
 
-/// The last sample, as rates and forces.
+/// The last sample, as rate and force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sensors {
-    /// NaN before the first sample.
+    /// Time, s; NaN before the first sample.
     pub time: f64,
     pub gyro: Vector3<f64>,
     pub accel: Vector3<f64>,
-    /// Seconds since each was measured.
+    /// Times since rate and force were measured, s.
     pub gyro_age: f64,
     pub accel_age: f64,
     pub samples: u64,
@@ -214,15 +214,15 @@ pub(crate) struct Sensors {
 pub(crate) struct Sums {
     pub seconds: f64,
     pub samples: f64,
-    /// Samples at rest.
+    /// Number of samples at rest.
     pub rest_samples: f64,
     pub attitude: Matrix3<f64>,
     pub velocity: Vector3<f64>,
-    /// Of the rate, biases in it.
+    /// Sum of the rates, with their bias.
     pub gyro: Vector3<f64>,
-    /// Of squared changes of the angle's rate from sample to sample, rad².
+    /// Sum of squared changes between samples, as angles, rad².
     pub vibration: Vector3<f64>,
-    /// Seconds in which a rate or a force was unknown.
+    /// Times in which rate and force were unknown, s.
     pub unknown: [f64; 2],
 }
 
@@ -253,7 +253,7 @@ impl NavigationFilter {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn new(start: Start, params: NavigationParams) -> Result<Self, Error> {
         let (start, params) = (start.validate()?, params.validate()?);
         Ok(Self {
@@ -291,7 +291,7 @@ impl NavigationFilter {
         covariance
     }
 
-    /// Of orientation and biases; nothing is known of a position and a velocity before a fix.
+    /// Initial variances of orientation and biases; position and velocity are unknown before a fix.
     fn first_variances(start: &Start) -> Errors {
         let mut variances = [0.0; STATES];
         for i in 0..3 {
@@ -303,25 +303,25 @@ impl NavigationFilter {
         variances
     }
 
-    /// Reset to the state before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         if let Ok(new) = Self::new(self.start, self.params) {
             *self = new;
         }
     }
 
-    /// Process one sample of the sensors. A sample that is not finite or too large is missing: the
-    /// previous one replaces it for a tenth of a second, then it is unknown.
+    /// Processes one sample of the sensors. A sample that is not finite or too large is missing:
+    /// the previous sample replaces it for a tenth of a second, then it is unknown.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its time is not later than that of the previous sample; the filter
-    /// is then unchanged.
+    /// [`Error::Parameter`] if its time is not later than the previous sample's time; the filter is
+    /// then unchanged.
     #[inline]
     pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
         self.update_before(sample, &mut ())
     }
 
-    /// The same, with an observer.
+    /// Processes one sample, with an observer.
     ///
     /// # Errors
     /// As in [`update`](Self::update).
@@ -352,7 +352,7 @@ impl NavigationFilter {
         Ok(())
     }
 
-    /// The first sample, or the first after a gap.
+    /// Processes the first sample, or the first sample after a gap.
     #[cold]
     fn begin(&mut self, sample: &Inertial) -> Result<(), Error> {
         let before = self.sensors.time;
@@ -366,7 +366,7 @@ impl NavigationFilter {
         if !before.is_nan() {
             self.lose(GAP_VARIANCES_RAD2);
         }
-        // The first sample of increments belongs to a time that is not known.
+        // The first sample of increments covers an unknown time.
         let rates = self.params.kind == Kind::Rate;
         let zero = Vector3::zeros();
         let known = |v: [f64; 3]| (rates && is_known(&v.into())).then_some(v.into());
@@ -385,7 +385,7 @@ impl NavigationFilter {
         Ok(())
     }
 
-    /// The measurement of the sensors since the sample before, biases removed.
+    /// Measurement of the sensors since the previous sample, without biases.
     #[inline(always)]
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
@@ -394,7 +394,7 @@ impl NavigationFilter {
             let change = (now - gyro) * dt;
             self.sums.vibration += change.component_mul(&change);
         }
-        // Increments are means already.
+        // Increments are already means.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
             Kind::Increment => (now * dt, force * dt),
@@ -409,7 +409,7 @@ impl NavigationFilter {
         Step { turn, gain, dt }
     }
 
-    /// Rate and force of a sample, the last ones where they are missing.
+    /// Rate and force of a sample; a missing value is replaced by the last value.
     #[inline(always)]
     fn measure(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
         let per = if self.params.kind == Kind::Rate { 1.0 } else { 1.0 / dt };
@@ -429,7 +429,7 @@ impl NavigationFilter {
         dt: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let level = self.motion.attitude.transpose().column(2) * self.motion.local_earth.gravity;
-        // It turns and moves on as it did, where nothing better is known.
+        // Without a better estimate, rotation and motion continue unchanged.
         let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(MAX_SAMPLE))];
         let mut found = [self.sensors.gyro, self.sensors.accel];
         let ages = [&mut self.sensors.gyro_age, &mut self.sensors.accel_age];
@@ -447,7 +447,7 @@ impl NavigationFilter {
         (found[0], found[1])
     }
 
-    /// While nothing is known of the position, the orientation is propagated.
+    /// Propagates the orientation while the position is unknown.
     #[inline(never)]
     fn turn(&mut self, step: &Step) {
         self.motion.turn(step, &(self.motion.local_earth.earth * step.dt));
@@ -472,7 +472,7 @@ impl NavigationFilter {
         self.propagate_with([0.0; 2], observer);
     }
 
-    /// The same; an orientation and a velocity have these variances added.
+    /// Propagates the covariance and adds these variances to orientation and velocity.
     #[inline(never)]
     pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
@@ -494,7 +494,7 @@ impl NavigationFilter {
         let params = &self.params;
         let mut gyro_noise = Vector3::from(params.gyro_noise);
         if params.gyro_vibration > 0.0 {
-            // A change has the noise of two samples.
+            // A difference has the noise of two samples.
             let share = params.gyro_vibration * params.gyro_vibration;
             gyro_noise += vibration * (0.5 * share / seconds);
         }
@@ -528,7 +528,7 @@ impl NavigationFilter {
         }
     }
 
-    /// True if anything is known of where it is.
+    /// True if the position is known.
     pub(crate) fn is_somewhere(&self) -> bool {
         let sizes = self.covariance.sizes();
         let known = sizes.iter().zip(MAX_SIZES).all(|(size, most)| *size < most);
@@ -539,7 +539,7 @@ impl NavigationFilter {
             && self.motion.latitude.abs() < MAX_LATITUDE
     }
 
-    /// Position and velocity are lost, the orientation nearly; biases are kept.
+    /// Loses position and velocity, and most of the orientation; keeps the biases.
     #[cold]
     pub(crate) fn lose(&mut self, [level, heading]: [f64; 2]) {
         let mut variances = [0.0; STATES];
@@ -573,15 +573,15 @@ impl NavigationFilter {
         motion.height.abs() < MAX_HEIGHT && motion.latitude.abs() < MAX_LATITUDE
     }
 
-    /// Process a fix.
+    /// Processes a fix.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a standard deviation that is needed is not a positive number.
+    /// [`Error::Parameter`] if a required standard deviation is not a positive number.
     pub fn update_gnss(&mut self, fix: &Fix) -> Result<Verdict, Error> {
         self.update_gnss_before(fix, &mut ())
     }
 
-    /// The same, with an observer.
+    /// Processes a fix, with an observer.
     ///
     /// # Errors
     /// As in [`update_gnss`](Self::update_gnss).
@@ -612,7 +612,7 @@ impl NavigationFilter {
         Ok(verdict)
     }
 
-    /// Standard deviations, the velocity's as its reader takes it.
+    /// Computes the standard deviations; the velocity's error is converted to true axes.
     pub(crate) fn refresh_sigma(&mut self) {
         for i in 0..STATES {
             self.sigma[i] = self.covariance.at(i, i);
@@ -628,7 +628,7 @@ impl NavigationFilter {
         }
     }
 
-    /// Its status.
+    /// Status of the filter.
     pub fn status(&self) -> Status {
         let sensors = &self.sensors;
         if !self.navigating {
@@ -658,17 +658,17 @@ impl NavigationFilter {
         }
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &NavigationParams {
         &self.params
     }
 
-    /// The state before the first sample.
+    /// State before the first sample.
     pub fn start(&self) -> &Start {
         &self.start
     }
 
-    /// The covariance of the errors at its last step.
+    /// Covariance of the errors at its last step.
     pub fn covariance(&self) -> &Covariance {
         &self.covariance
     }
@@ -678,31 +678,32 @@ impl NavigationFilter {
         self.sensors.time
     }
 
-    /// Samples to date.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.sensors.samples
     }
 
-    /// Counts of fixes by verdict, to date.
+    /// Numbers of fixes by verdict, to date.
     pub fn fixes(&self) -> &FixCounts {
         &self.fixes
     }
 
     /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before
-    /// the first.
+    /// the first fix.
     pub fn nis(&self) -> [f64; 2] {
         [self.gates[0].nis(), self.gates[1].nis()]
     }
 
-    /// Innovations of the last position and velocity, north, east, down, each given those before
-    /// it, and their standard deviations; NaN before the first.
+    /// Innovations of the last position and velocity, north, east, down, each after the corrections
+    /// by the earlier ones, and their standard deviations. NaN before the first fix.
     pub fn innovations(&self) -> [[f64; 6]; 2] {
         let all = self.gates.map(|gate| gate.new);
         let of = |of: fn(&Innovation) -> f64| core::array::from_fn(|i| of(&all[i / 3][i % 3]));
         [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
-    /// Standard deviations of position and velocity learned from the innovations; NaN before.
+    /// Standard deviations of position and velocity learned from the innovations; NaN before they
+    /// are known.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
         self.gates.map(|gate| gate.noise.standard_deviations())
     }
@@ -713,18 +714,18 @@ pub(crate) fn is_known(v: &Vector3<f64>) -> bool {
     v.x.abs() <= MAX_SAMPLE && v.y.abs() <= MAX_SAMPLE && v.z.abs() <= MAX_SAMPLE
 }
 
-/// Of a unit quaternion, scalar first.
+/// Rotation matrix of a unit quaternion, scalar first.
 fn matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
     *rotation.to_rotation_matrix().matrix()
 }
 
-/// Scalar first.
+/// Quaternion of a rotation matrix, scalar first.
 #[inline(always)]
 pub(crate) fn quaternion(m: &Matrix3<f64>) -> [f64; 4] {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*m);
     let mut q = UnitQuaternion::from_rotation_matrix(&rotation);
-    // Between two steps of the covariance the matrix is stretched a little.
+    // Between two steps of the covariance the matrix is slightly stretched.
     q.renormalize();
     [q.w, q.i, q.j, q.k]
 }

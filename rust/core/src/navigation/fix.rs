@@ -8,7 +8,7 @@ use super::filter::is_known;
 use crate::error::{Error, require};
 use crate::math::Real;
 
-/// Smallest standard deviation of a fix, m and m/s, and that of what it does not tell.
+/// Smallest standard deviation of a fix, m and m/s, and standard deviation of a missing value.
 const MIN_SIGMA: f64 = 1e-3;
 const MAX_SIGMA: f64 = 1e6;
 
@@ -19,11 +19,11 @@ pub struct Fix {
     pub time: f64,
     /// Latitude and longitude, rad, and height, m, of the antenna.
     pub position: [f64; 3],
-    /// North, east, down, m/s.
+    /// Velocity north, east, down, m/s.
     pub velocity: [f64; 3],
-    /// Standard deviations north, east, down, m.
+    /// Standard deviations of the position north, east, down, m.
     pub position_sigma: [f64; 3],
-    /// Standard deviations north, east, down, m/s.
+    /// Standard deviations of the velocity north, east, down, m/s.
     pub velocity_sigma: [f64; 3],
 }
 
@@ -40,7 +40,7 @@ pub enum Verdict {
     Refused,
 }
 
-/// A fix that was looked at: what is there, with deviations that a filter can stand.
+/// A checked fix: its present values, with standard deviations in the filter's range.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Given {
     pub time: f64,
@@ -51,7 +51,7 @@ pub(crate) struct Given {
 }
 
 impl Given {
-    /// None if nothing is there. A height or a vertical velocity may be missing.
+    /// The checked fix, `None` if it is empty. A height or a vertical velocity may be missing.
     pub fn validate(fix: &Fix) -> Result<Option<Self>, Error> {
         let Fix {
             time,
@@ -87,7 +87,7 @@ impl Given {
     }
 }
 
-/// Of a position: δr, and the lever that turns with the orientation.
+/// Derivatives of a position: by δr, and by the orientation through the lever arm.
 pub(crate) fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
     let mut rows = [[0.0; 16]; 3];
     let turned = lever.cross_matrix();
@@ -98,8 +98,8 @@ pub(crate) fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
     rows
 }
 
-/// Of a velocity: δv, how it turns with the orientation, and what the gyro's bias moves at the end
-/// of the lever.
+/// Derivatives of a velocity: by δv, by the orientation, and by the gyro's bias through the lever
+/// arm.
 pub(crate) fn velocity_rows(velocity: &Vector3<f64>, lever: &Matrix3<f64>) -> [Row; 3] {
     let mut rows = [[0.0; 16]; 3];
     let turned = velocity.cross_matrix();

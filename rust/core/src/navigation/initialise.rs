@@ -1,4 +1,4 @@
-//! The first fix, or the first after a gap: where the filter begins, and which way it looks.
+//! The first fix, or the first fix after a gap: start position, and heading.
 
 use nalgebra::{Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,26 +14,26 @@ use super::motion::{Motion, rotation};
 use crate::math::Real;
 use crate::math::validity::is_within;
 
-/// Of a velocity of which nothing is known, m/s.
+/// Standard deviation of an unknown velocity, m/s.
 const UNKNOWN_VELOCITY_SIGMA_M_S: f64 = 10.0;
-/// A course is a heading above this speed, m/s, and above so many deviations of it; it is wrong by so
-/// much at best, rad.
+/// Limits for a course as heading: smallest speed, m/s, and in its standard deviations, and
+/// smallest standard deviation of the course, rad.
 const MIN_COURSE_SPEED_M_S: f64 = 1.0;
 const MIN_COURSE_SIGMAS: f64 = 10.0;
 const MIN_COURSE_SIGMA_RAD: f64 = 0.03;
-/// Two fixes tell a velocity if they are farther apart than so many deviations of their places, and no
-/// longer than so many seconds.
+/// Limits for a velocity from two fixes: smallest distance in standard deviations of their
+/// positions, and longest interval, s.
 const MIN_APART_SIGMAS: f64 = 20.0;
 const MAX_APART_S: f64 = 10.0;
 
-/// A fix that a velocity is reckoned from.
+/// A fix from which a velocity is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Before {
     time: f64,
     position: [f64; 3],
 }
 
-/// Motion of the antenna, and the standard deviation of an axis.
+/// Velocity of the antenna, and its standard deviation per axis.
 #[derive(Debug, Clone, Copy)]
 struct Moves {
     velocity: Vector3<f64>,
@@ -76,7 +76,7 @@ impl NavigationFilter {
         Verdict::Used
     }
 
-    /// The velocity since a fix before, where the receiver tells none.
+    /// Velocity since an earlier fix, if the receiver gives none.
     fn between(&mut self, given: &Given, position: [f64; 3]) -> Option<Moves> {
         let now = Before { time: given.time, position };
         let before = *self.before.get_or_insert(now);
@@ -94,19 +94,20 @@ impl NavigationFilter {
         }
         let velocity = way / seconds;
         let possible = seconds > 0.0 && seconds <= MAX_APART_S && is_known(&velocity);
-        // Two places, and a velocity that has changed meanwhile.
+        // Errors of two positions, and a velocity that has changed meanwhile.
         let sigma = given.position_sigma * (2.0 / seconds.at_least(0.1));
         (possible && far).then_some(Moves { velocity, sigma })
     }
 
-    /// Turns the body along its course, if it moves forward fast enough; returns the deviation.
+    /// Sets the heading to the course, if the body moves forward fast enough; returns its standard
+    /// deviation.
     fn look_along(&mut self, moves: &Moves) -> Option<f64> {
         let (v, sigma) = (moves.velocity, moves.sigma.xy().amax());
         let speed = v.xy().norm();
         if speed < MIN_COURSE_SPEED_M_S || speed < MIN_COURSE_SIGMAS * sigma {
             return None;
         }
-        // The axle goes forward; what is ahead of it goes sideways in a turn.
+        // The axle moves forward; a point ahead of it moves sideways in a turn.
         let across = self.params.wheels.map_or(0.0, |wheels| {
             let rate = self.sensors.gyro.z - self.gyro_bias.z;
             rate * (self.antenna.x - wheels.axle[0])
@@ -135,7 +136,7 @@ impl NavigationFilter {
         let zero = Vector3::zeros();
         let velocity = moves.map(|moves| moves.velocity);
         let start = velocity.map_or(zero, |v| v - lever_arm_velocity);
-        // Off by the lever, and by the way since the fix.
+        // Correct by the lever arm, and by the distance since the fix.
         motion.correct(&(lever - velocity.unwrap_or(zero) * age), &zero, &zero);
         motion.velocity = start;
         self.motion = motion;
@@ -145,7 +146,7 @@ impl NavigationFilter {
             variances[i] = self.covariance.at(i, i);
         }
         for i in 0..3 {
-            // The gyro alone has given the orientation since its start.
+            // Only the gyro has given the orientation since its start.
             let t = self.alone;
             let bias = variances[GYRO + i];
             variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
@@ -165,7 +166,7 @@ impl NavigationFilter {
         if compass.is_some() {
             self.covariance.couple_heading();
         }
-        // What is not known of the antenna is not known of the place.
+        // The uncertainty of the antenna adds to the position's uncertainty.
         if self.params.has_antenna_sigma() {
             let turn = self.motion.attitude;
             let lever_arm_rate = turn * rate.cross_matrix();
@@ -176,7 +177,7 @@ impl NavigationFilter {
             };
             self.covariance.propagate_antenna(&core::array::from_fn(of));
         }
-        // The error of the velocity is taken in the frame that is believed in.
+        // The error of the velocity is defined in the assumed frame.
         self.covariance.couple(&start);
         self.gates.iter_mut().for_each(InnovationGate::restart);
         self.aids.restart();

@@ -7,35 +7,36 @@ use super::adaptive_noise::AdaptiveNoise;
 use super::covariance::Innovation;
 use crate::math::Real;
 
-/// Rejected fixes in a row after which the filter, not the receiver, is wrong.
+/// Number of rejected fixes in a row after which the filter is wrong, not the receiver.
 const MAX_REJECTED: u32 = 10;
-/// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
-/// has drifted is known only by its noise model. A position is taken if the next one agrees
-/// with it; of velocities without positions all are for a while.
+/// Smallest outage without a gate: a time, s, and a multiple of the usual interval. After it only
+/// the noise model gives the filter's drift. A position is used if the next position agrees with
+/// it. Velocities without positions are all used for a while.
 const MIN_OUTAGE_S: f64 = 2.0;
 const MIN_OUTAGE_RATIO: f64 = 5.0;
 const OPEN_GATE_S: f64 = 1.0;
-/// Two positions agree to so many deviations, so many metres, and so much of what the first was off
-/// over the part of the outage that has passed since: a drift grows at most as its square.
+/// Limits for two agreeing positions: standard deviations, metres, and a share of the first
+/// difference, scaled by the time since, relative to the outage. A drift grows at most with the
+/// square of time.
 const MAX_AGREEMENT_SIGMAS: f64 = 3.0;
 const MAX_AGREEMENT_M: f64 = 0.5;
 const MAX_AGREEMENT_DRIFT: f64 = 4.5;
-/// Part of its change that the usual time between fixes takes over.
+/// Gain of the mean interval between fixes.
 const INTERVAL_GAIN: f64 = 0.1;
 
 /// One kind of measurement: positions, or velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InnovationGate {
     pub noise: AdaptiveNoise,
-    /// Usual seconds between fixes, zero before it is known.
+    /// Usual interval between fixes, s, zero before it is known.
     usual: f64,
-    /// Fixes rejected in a row.
+    /// Number of fixes rejected in a row.
     rejected: u32,
-    /// Until when all are taken; NaN before the first.
+    /// Time until which all fixes are used, s; NaN before the first.
     open_until: f64,
-    /// The position after an outage that waits for one that agrees with it.
+    /// The position after an outage that waits for an agreeing position.
     first: Option<First>,
-    /// Innovations of the last one; NaN before the first.
+    /// Innovations of the last fix; NaN before the first.
     pub new: [Innovation; 3],
 }
 
@@ -44,18 +45,19 @@ pub(crate) struct InnovationGate {
 pub(crate) struct First {
     innovation: Vector3<f64>,
     time: f64,
-    /// Since the last position before the outage, s.
+    /// Time since the last position before the outage, s.
     outage: f64,
 }
 
 /// Relation of a position to an outage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Return {
-    /// There was none.
+    /// There was no outage.
     None,
-    /// The first after it, or one that does not agree with it: the next one tells.
+    /// The first position after an outage, or a position that disagrees with it; the next position
+    /// decides.
     First,
-    /// It agrees with the one before; the outage was of so many seconds.
+    /// It agrees with the previous position; the duration of the outage is in seconds.
     Agrees(f64),
 }
 
@@ -63,7 +65,7 @@ pub(crate) enum Return {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GateDecision {
     Take,
-    /// The filter is wrong: widen, then take.
+    /// The filter is wrong: its covariance is widened before the correction.
     Widen,
     Reject,
 }
@@ -80,23 +82,23 @@ impl InnovationGate {
         }
     }
 
-    /// Restart the gate; what was learned of the receiver stays.
+    /// Restarts the gate; learned properties of the receiver stay.
     pub fn restart(&mut self) {
         let Self { noise, usual, .. } = *self;
         *self = Self { noise: noise.restarted(), usual, ..Self::new() };
     }
 
-    /// Learns from an innovation, whether it will be taken or not. Returns the seconds of the outage
-    /// that it ends.
+    /// Learns from an innovation, accepted or not. Returns the duration of an outage that it ends,
+    /// s.
     pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> Option<f64> {
         let apart = self.noise.learn(time, innovation);
         let ended = apart > MIN_OUTAGE_S.max(MIN_OUTAGE_RATIO * self.usual);
         if ended {
             self.open_until = time + OPEN_GATE_S;
         }
-        // Of a receiver whose usual time is not known yet nobody knows what an outage is.
+        // Without a usual interval no outage can be detected.
         let outage = (ended && self.usual > 0.0).then_some(apart);
-        // NaN before the first.
+        // False for NaN, before the first fix.
         if apart > 0.0 {
             let part = if self.usual > 0.0 { INTERVAL_GAIN } else { 1.0 };
             self.usual += part * (apart.min(MAX_INTERVAL_S) - self.usual);
@@ -104,14 +106,14 @@ impl InnovationGate {
         outage
     }
 
-    /// True if a position waits for one that agrees with it.
+    /// True if a position waits for an agreeing position.
     #[inline(always)]
     pub fn waits(&self) -> bool {
         self.first.is_some()
     }
 
-    /// Classifies a position after an outage that ended with it, or before. `noise` is its
-    /// variances, `walk` those of the velocity.
+    /// Classifies a position at or after the end of an outage. `noise` are its variances, `walk`
+    /// the variances of the velocity.
     pub fn classify_return(
         &mut self,
         time: f64,
@@ -143,12 +145,12 @@ impl InnovationGate {
         Return::First
     }
 
-    /// Normalised innovation squared of the last one, 3 on average; NaN before the first.
+    /// Normalised innovation squared of the last fix, 3 on average; NaN before the first.
     pub fn nis(&self) -> f64 {
         self.new.iter().map(Innovation::nis).sum()
     }
 
-    /// Test a fix by its normalised innovation squared.
+    /// Tests a fix by its normalised innovation squared.
     pub fn test(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> GateDecision {
         self.new = new;
         if self.nis() <= gate || time < self.open_until {
@@ -190,8 +192,8 @@ impl Innovation {
     }
 }
 
-/// Largest innovation: farther than anything on Earth.
+/// Largest innovation, m: larger than any distance on Earth.
 pub(crate) const MAX_INNOVATION: f64 = 1e8;
 const MAX_INTERVAL_S: f64 = 60.0;
-/// Longest outage that is distinguished from a longer one, s.
+/// Longest outage that is counted, s.
 const MAX_OUTAGE_S: f64 = 1e9;

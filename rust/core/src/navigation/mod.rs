@@ -1,11 +1,12 @@
 //! Inertial navigation aided by a satellite receiver: 15 errors, loosely coupled.
 //!
-//! North, east, down; body axes forward, right, down; SI units and radians. The mechanisation
-//! ([`Motion`]) runs at every sample, the covariance of its errors ([`Covariance`]) at steps of its
-//! own, measurements one scalar at a time. The errors are those of position, velocity, orientation
-//! and of the biases of gyro and accelerometer, in Scherzinger's form: the velocity's is taken in the
-//! frame that the filter believes in, so the specific force is not among the coefficients, which
-//! change slowly, and a heading that is wrong by a right angle still converges.
+//! Axes of the earth are north, east, down; body axes are forward, right, down; units are SI and
+//! radians. The mechanisation ([`Motion`]) runs at every sample. The covariance of its errors
+//! ([`Covariance`]) has its own steps. Measurements are processed one scalar at a time. The errors
+//! are in position, velocity, orientation, and the biases of gyro and accelerometer, in
+//! Scherzinger's form. In this form the velocity error is defined in the frame that the filter
+//! assumes. The specific force is then no coefficient, and the coefficients change slowly. A
+//! heading that is wrong by a right angle still converges.
 //!
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.

@@ -11,23 +11,23 @@ const MAX_SERIES_ANGLE_SQUARED: f64 = 0.01;
 /// Position, velocity and orientation of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// Turns the axes of the body to north, east, down.
+    /// Rotation from the body's axes to north, east, down.
     pub attitude: Matrix3<f64>,
-    /// North, east, down, m/s.
+    /// Velocity north, east, down, m/s.
     pub velocity: Vector3<f64>,
-    /// Rad.
+    /// Latitude, rad.
     pub latitude: f64,
-    /// Rad.
+    /// Longitude, rad.
     pub longitude: f64,
-    /// Above the ellipsoid, m.
+    /// Height above the ellipsoid, m.
     pub height: f64,
-    /// Of the last step, m/s².
+    /// Acceleration in the last step, m/s².
     pub acceleration: Vector3<f64>,
     pub(crate) local_earth: LocalEarth,
 }
 
-/// One step of the sensors, biases removed: rotation vector, rad, and velocity gained, m/s, both in
-/// the axes that the body had before it.
+/// One step of the sensors without biases: rotation vector, rad, and velocity change, m/s, in the
+/// body's axes before the step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
     pub turn: Vector3<f64>,
@@ -36,14 +36,15 @@ pub(crate) struct Step {
 }
 
 impl Motion {
-    /// A body at rest in some place.
+    /// A body at rest at a place.
     pub fn new(attitude: Matrix3<f64>, latitude: f64, longitude: f64, height: f64) -> Self {
         let (velocity, acceleration) = (Vector3::zeros(), Vector3::zeros());
         let local_earth = LocalEarth::at(latitude, height);
         Self { attitude, velocity, latitude, longitude, height, acceleration, local_earth }
     }
 
-    /// The angular rate of north, east and down, rad/s: with the Earth, and by the motion over it.
+    /// Angular rate of the north, east, down frame, rad/s: by the Earth's rotation and by the
+    /// motion.
     #[inline(always)]
     pub(crate) fn frame(&self) -> (Vector3<f64>, Vector3<f64>) {
         (self.local_earth.earth, self.local_earth.transport(&self.velocity))
@@ -67,7 +68,7 @@ impl Motion {
         self.turn(step, &(both * dt));
     }
 
-    /// A step of the orientation alone, while north, east and down turn by `frame`.
+    /// A step of the orientation alone; the frame rotates by `frame`.
     #[inline(always)]
     pub(crate) fn turn(&mut self, step: &Step, frame: &Vector3<f64>) {
         let turned = self.attitude * rotation(&step.turn);
@@ -75,7 +76,8 @@ impl Motion {
         self.attitude = turned - cross_columns(frame, &turned);
     }
 
-    /// One Newton step towards a rotation, and the Earth of the place where the body is now.
+    /// Makes one Newton step towards a rotation, and updates the Earth's values to the present
+    /// place.
     pub(crate) fn settle(&mut self) {
         let square = self.attitude.transpose() * self.attitude;
         self.attitude *= Matrix3::from_diagonal_element(1.5) - square * 0.5;
@@ -83,7 +85,7 @@ impl Motion {
         self.local_earth = self.local_earth.relocate(self.latitude, self.height);
     }
 
-    /// Takes errors out: of position, m, of velocity, and of orientation.
+    /// Subtracts errors of position, m, velocity, m/s, and orientation, rad.
     pub(crate) fn correct(&mut self, r: &Vector3<f64>, v: &Vector3<f64>, phi: &Vector3<f64>) {
         let turn = rotation(phi);
         self.attitude = turn * self.attitude;
@@ -93,7 +95,7 @@ impl Motion {
         self.height += r.z;
     }
 
-    /// From a place, rad, rad and m, to here: north, east, down, m.
+    /// Vector from a place (rad, rad, m) to the present position: north, east, down, m.
     pub(crate) fn offset_from(&self, [latitude, longitude, height]: [f64; 3]) -> Vector3<f64> {
         Vector3::new(
             (self.latitude - latitude) / self.local_earth.north,
@@ -102,13 +104,13 @@ impl Motion {
         )
     }
 
-    /// The heading of the body's forward axis, rad.
+    /// Heading of the body's forward axis, rad.
     pub fn heading(&self) -> f64 {
         RealField::atan2(self.attitude.m21, self.attitude.m11)
     }
 }
 
-/// The matrix of the rotation by a rotation vector.
+/// Rotation matrix of a rotation vector.
 #[inline(always)]
 pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
     let square = phi.norm_squared();
@@ -140,7 +142,7 @@ pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
     )
 }
 
-/// The cross product of a vector with each column.
+/// Cross product of a vector with each column.
 #[inline(always)]
 pub(crate) fn cross_columns(v: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::new(
@@ -161,8 +163,8 @@ mod tests {
     use super::{Motion, Step, rotation};
     use nalgebra::{Matrix3, Rotation3, Vector3};
 
-    /// A perfect sensor at rest at 45°, for so many seconds at 100 Hz, with an error of tilt and one
-    /// of the gyro.
+    /// A perfect sensor at rest at 45°, for this number of seconds at 100 Hz, with an error of tilt
+    /// and an error of the gyro.
     fn stand_still(seconds: usize, tilt: Vector3<f64>, gyro: Vector3<f64>) -> Vector3<f64> {
         let latitude = 45.0_f64.to_radians();
         let mut body = Motion::new(rotation(&tilt), latitude, 0.3, 0.0);

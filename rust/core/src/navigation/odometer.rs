@@ -1,4 +1,4 @@
-//! Wheels as sensors of speed. Their scale and how they are mounted are estimated.
+//! Wheels as speed sensors, with an estimated scale and mounting.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -11,42 +11,42 @@ use super::params::Wheels;
 use crate::error::{Error, require};
 use crate::math::Real;
 
-/// Scale, yaw and pitch: the first of the constants.
+/// Number of the wheels' constants: scale, yaw and pitch, the first constants.
 const WHEEL_CONSTANTS: usize = 3;
-/// Deviations of scale, yaw and pitch before any measurement.
+/// Standard deviations of scale, yaw and pitch before any measurement.
 const PRIOR_SIGMAS: [f64; WHEEL_CONSTANTS] = [0.03, 0.035, 0.035];
-/// Largest constants: a scale of one half, a right angle.
+/// Largest values of the constants, for a scale of one half or a right angle.
 pub(crate) const MAX_CONSTANT: f64 = 1.5;
-/// Normalised innovation squared beyond which a wheel slips, and how long it may, s: from then on it
-/// counts less instead, so that a filter that is wrong itself finds back.
+/// Normalised innovation squared beyond which a wheel slips, and longest slip, s. A longer
+/// disagreement only reduces the weight, since the filter itself may be wrong.
 const MAX_WHEEL_NIS: f64 = 9.0;
 const MAX_SLIP_S: f64 = 10.0;
-/// Deviation of a heading, rad, with which wheels begin to tell: what is wrong by more would be taken
-/// for a mount that is turned.
+/// Largest standard deviation of a heading, rad, with which wheel speeds are used. A larger error
+/// would be mistaken for a rotated mount.
 const MAX_HEADING_SIGMA_RAD: f64 = 0.1;
 /// Largest speed, m/s.
 pub(crate) const MAX_SPEED: f64 = 1e4;
 const MAX_SPEED_LEAD_S: f64 = 0.1;
 const MAX_SPEED_AGE_S: f64 = 1.0;
 
-/// Wheel measurement at a time, s: forward speed, m/s, as a mean about that time, and its standard
-/// deviation, NaN for that of the parameters.
+/// Wheel speed around a time, s: mean forward speed, m/s, and its standard deviation, NaN for the
+/// default of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rolling {
-    /// See above.
+    /// Time of the measurement, s.
     pub time: f64,
-    /// See above.
+    /// Forward speed, m/s.
     pub speed: f64,
-    /// See above.
+    /// Standard deviation of the speed, m/s.
     pub sigma: f64,
 }
 
-/// Scale, yaw and pitch: wheels that tell w roll (1 + scale) w along an axis that is yaw right of and
-/// pitch above forward.
+/// Scale, yaw and pitch. At a measured speed w, wheels roll (1 + scale) w along an axis that is yaw
+/// right of forward and pitch above it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Odometer {
     pub constants: [f64; WHEEL_CONSTANTS],
-    /// Since when it slips, s.
+    /// Time since which the wheels slip, s.
     pub slips: Option<f64>,
     pub sums: Rolled,
 }
@@ -56,15 +56,15 @@ pub(crate) struct Odometer {
 pub(crate) struct Rolled {
     pub count: f64,
     pub speed: f64,
-    /// Squares of deviations.
+    /// Sum of the variances.
     pub variance: f64,
-    /// Of the velocity in the body's axes, and of the rate, biases in it.
+    /// Sums of the velocity in the body's axes, and of the rate with its bias.
     pub velocity: Vector3<f64>,
     pub rate: Vector3<f64>,
 }
 
 impl Odometer {
-    /// From the body's axes to the wheels'.
+    /// Rotation from the body's axes to the wheels' axes.
     pub fn rotation(&self) -> Matrix3<f64> {
         let [_, yaw, pitch] = self.constants;
         let ((s, c), (t, d)) = (ComplexField::sin_cos(yaw), ComplexField::sin_cos(pitch));
@@ -80,12 +80,13 @@ impl Odometer {
 }
 
 impl NavigationFilter {
-    /// Takes the speed of the wheels, m/s, forward, at a time, s, as a mean about it; a deviation that
-    /// is not given is that of the parameters. Returns whether it will be used: not if it is missing, too
-    /// old, or nothing is known of where the filter is, nor before its heading is known to 0.1 rad.
+    /// Processes the forward speed of the wheels, m/s, as a mean around a time, s. Without a
+    /// standard deviation the default of the parameters is used. Returns whether it will be used:
+    /// it must be present and recent, the position known, and the heading known to 0.1 rad.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the filter is not of a vehicle on wheels, or the deviation not positive.
+    /// [`Error::Parameter`] if the vehicle is not on wheels, or the standard deviation not
+    /// positive.
     pub fn update_wheels(
         &mut self,
         time: f64,
@@ -120,7 +121,7 @@ impl NavigationFilter {
         Ok(true)
     }
 
-    /// Applies the measurements of wheels since the last step.
+    /// Applies the wheel speeds since the last step.
     #[inline(never)]
     pub(crate) fn rolled<W: Observer>(&mut self, observer: &mut W) {
         let sums = core::mem::take(&mut self.odometer.sums);
@@ -130,7 +131,7 @@ impl NavigationFilter {
         let rows = self.rows_of_wheels(&wheels, &(sums.velocity * each), &rate);
         let (u, h, mut hw) = (rows.speed.x, rows.errors[0], rows.constants[0]);
         let scale = 1.0 + self.odometer.constants[0];
-        // By the speed that is expected: the measured one has noise of its own.
+        // Derivative from the expected speed, since the measured speed has noise.
         hw[0] = u / scale;
         let z = u - scale * sums.speed * each;
         let variance = self.covariance.variance_with_constants(&h, &hw);
@@ -149,7 +150,7 @@ impl NavigationFilter {
         self.apply(&found, observer);
     }
 
-    /// The velocity at the axle in the axes of the wheels, and how errors and constants move it.
+    /// Velocity at the axle in the wheels' axes, and its derivatives by errors and constants.
     pub(crate) fn rows_of_wheels(
         &self,
         wheels: &Wheels,
@@ -178,7 +179,8 @@ impl NavigationFilter {
         WheelRows { speed, errors, constants }
     }
 
-    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before the first measurement.
+    /// Scale, yaw and pitch of the wheels, rad, and their standard deviations; NaN before the first
+    /// measurement.
     pub fn wheels(&self) -> [[f64; WHEEL_CONSTANTS]; 2] {
         let estimated = self.covariance.1.as_ref().filter(|extra| extra.has(0));
         estimated.map_or([[f64::NAN; WHEEL_CONSTANTS]; 2], |extra| {
@@ -186,7 +188,7 @@ impl NavigationFilter {
         })
     }
 
-    /// From the sensor to the antenna, body axes, m, and the deviations of that.
+    /// Vector from the sensor to the antenna, body axes, m, and its standard deviations.
     pub fn antenna(&self) -> [[f64; 3]; 2] {
         let sigma = self
             .covariance
@@ -197,7 +199,7 @@ impl NavigationFilter {
     }
 }
 
-/// As in [`NavigationFilter::rows_of_wheels`].
+/// Result of [`NavigationFilter::rows_of_wheels`].
 pub(crate) struct WheelRows {
     pub speed: Vector3<f64>,
     pub errors: [Row; 3],

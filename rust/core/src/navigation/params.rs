@@ -1,4 +1,4 @@
-//! Parameters of the navigation filter, and its state before it runs.
+//! Parameters of the navigation filter, and its start.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,45 +13,46 @@ pub enum Kind {
     /// Rates and forces at the time of the sample.
     #[default]
     Rate,
-    /// Their integrals since the sample before.
+    /// Integrals of rates and forces since the previous sample.
     Increment,
 }
 
-/// Adaptation of the fixes' noise to their innovations.
+/// Adaptation of the receiver's noise to the innovations.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Adapt {
-    /// It rises above what the receiver tells where the innovations say so.
+    /// The noise rises above the stated noise if the innovations require it.
     #[default]
     Inflate,
-    /// It follows the innovations down as well.
+    /// The noise follows the innovations up and down.
     Free,
-    /// It is what the receiver tells.
+    /// The noise is the stated noise.
     Fixed,
 }
 
 /// Wheels that do not slip sideways and do not leave the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Wheels {
-    /// From the sensor to the axle that does not steer, body axes, m.
+    /// Vector from the sensor to the unsteered axle, body axes, m.
     pub axle: [f64; 3],
-    /// Of the velocity across, m/s.
+    /// Standard deviation of the velocity across, m/s.
     pub sigma: f64,
-    /// Of the speed that they tell, m/s.
+    /// Standard deviation of the wheels' speed, m/s.
     pub speed_sigma: f64,
 }
 
 /// Parameters of the aids.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AidParams {
-    /// White noise of a barometric height that states none, m, and walk of its reference, m/√s.
+    /// Default white noise of a barometric height, m, and random walk of its reference, m/√s.
     pub barometer_sigma: f64,
     /// See `barometer_sigma`.
     pub barometer_walk: f64,
-    /// Standard deviation of the compass's offset before the first reading, rad, and its walk, rad/√s.
+    /// Standard deviation of the compass's offset before the first reading, rad, and its random
+    /// walk, rad/√s.
     pub compass_sigma: f64,
     /// See `compass_sigma`.
     pub compass_walk: f64,
-    /// From the first to the second antenna, body axes, m.
+    /// Vector from the first to the second antenna, body axes, m.
     pub baseline: Option<[f64; 3]>,
 }
 
@@ -88,55 +89,55 @@ impl AidParams {
     }
 }
 
-/// Parameters.
+/// Parameters of a navigation filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NavigationParams {
-    /// White noise of the axes of gyro, rad²/s, and accelerometer, m²/s³: squares.
+    /// White noise of the axes of gyro, rad²/s, and accelerometer, m²/s³, squared.
     pub gyro_noise: [f64; 3],
     /// See `gyro_noise`.
     pub accel_noise: [f64; 3],
-    /// Walks of their biases, squares, rad²/s³ and m²/s⁵.
+    /// Random walks of the biases, squared: gyro, rad²/s³, and accelerometer, m²/s⁵.
     pub gyro_walk: [f64; 3],
     /// See `gyro_walk`.
     pub accel_walk: [f64; 3],
-    /// Standard deviation of a rate's noise, over that of its change from sample to sample: what vibrates
-    /// faster than the samples tell. An axis has that of its own changes.
+    /// Standard deviation of a rate's noise over the standard deviation of its change between
+    /// samples, for vibration faster than the samples. Each axis uses its own changes.
     pub gyro_vibration: f64,
-    /// From the sensor to the antenna, body axes, m.
+    /// Vector from the sensor to the antenna, body axes, m.
     pub antenna: [f64; 3],
-    /// Standard deviations of that, m: zero where it is known, else it is estimated.
+    /// Standard deviations of `antenna`, m: zero if it is known, else it is estimated.
     pub antenna_sigma: [f64; 3],
-    /// Whether it is considered instead: its deviation counts, but it stays where it is.
+    /// True if the antenna is considered: its standard deviation counts, but it is not estimated.
     pub consider_antenna: bool,
-    /// Of a vehicle on wheels.
+    /// Wheels of a vehicle on wheels.
     pub wheels: Option<Wheels>,
-    /// Normalised innovation squared above which a fix is not taken.
+    /// Normalised innovation squared above which a fix is rejected.
     pub gate: f64,
-    /// Treatment of the noise that a receiver reports.
+    /// Adaptation of the receiver's noise.
     pub adapt: Adapt,
     /// Time between two steps of the covariance, s.
     pub covariance_step: f64,
     /// Kind of a sample.
     pub kind: Kind,
-    /// Of barometer, compass and baseline.
+    /// Parameters of barometer, compass and baseline.
     pub aids: AidParams,
-    /// Standard deviations up to which outputs are usable.
+    /// Largest standard deviations of usable outputs.
     pub limits: Limits,
 }
 
-/// Farthest antenna or axle, m.
+/// Largest distance of antenna or axle, m.
 pub(crate) const MAX_LEVER: f64 = 1e3;
 /// Largest density of noise, its unit squared.
 const MAX_NOISE: f64 = 1e4;
 
 impl NavigationParams {
-    /// Whether the antenna is not known exactly.
+    /// True if the antenna's position is not known exactly.
     pub(crate) fn has_antenna_sigma(&self) -> bool {
         self.antenna_sigma.iter().any(|sigma| *sigma > 0.0)
     }
 
     /// # Errors
-    /// [`Error::Parameter`] if one is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn validate(self) -> Result<Self, Error> {
         let noises = [
             ("gyro noise", &self.gyro_noise),
@@ -176,25 +177,25 @@ impl NavigationParams {
     }
 }
 
-/// State before the first sample that moves.
+/// State before the first used sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// Quaternion, scalar first, from the body's axes to north, east, down; to any heading where
-    /// none is known.
+    /// Quaternion from the body's axes to north, east, down, scalar first; any heading if it is
+    /// unknown.
     pub quaternion: [f64; 4],
-    /// True if the heading is known. Else it is taken from the course once the body moves forward.
+    /// True if the heading is known. Otherwise it is the course, once the body moves forward.
     pub heading_known: bool,
-    /// True if the body moves forward, so that the course may serve as the heading.
+    /// True if the body moves forward, and the course may be used as heading.
     pub course: bool,
-    /// Time of that state, s: earlier samples and fixes are skipped.
+    /// Time of the state, s: earlier samples and fixes are skipped.
     pub time: f64,
-    /// Rad; that of the first fix counts once there is one.
+    /// Latitude, rad, used before the first fix.
     pub latitude: f64,
-    /// Rad/s.
+    /// Bias of the gyro, rad/s.
     pub gyro_bias: [f64; 3],
-    /// m/s².
+    /// Bias of the accelerometer, m/s².
     pub accel_bias: [f64; 3],
-    /// Standard deviations: of roll and pitch and of the heading, rad; of the biases.
+    /// Standard deviations of roll and pitch, of the heading, rad, and of the biases.
     pub level_sigma: f64,
     /// See `level_sigma`.
     pub heading_sigma: f64,
@@ -206,7 +207,7 @@ pub struct Start {
 
 impl Start {
     /// # Errors
-    /// [`Error::Parameter`] if one is out of its range.
+    /// [`Error::Parameter`] if a value is out of range.
     pub fn validate(self) -> Result<Self, Error> {
         let square = self.quaternion.iter().map(|x| x * x).sum::<f64>();
         require((square - 1.0).abs() < 1e-6, "quaternion", "a unit quaternion", square)?;
@@ -231,5 +232,5 @@ impl Start {
     }
 }
 
-/// Largest bias, rad/s and m/s²: beyond it a sensor is broken, or not in SI.
+/// Largest bias, rad/s and m/s²: a larger bias means a broken sensor, or units other than SI.
 pub(crate) const MAX_BIAS: f64 = 10.0;

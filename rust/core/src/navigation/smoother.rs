@@ -1,9 +1,9 @@
-//! The best estimate of a record: what fixes after a sample say of it.
+//! Smoother: the best estimate of a record, with fixes after each sample.
 //!
-//! By the form of Bryson and Frazier: what later scalars say goes back as a vector and a matrix that
-//! the covariance of each step turns into its errors, so that nothing is inverted (G. J. Bierman,
-//! *International Journal of Control* 18(1), 1973). In exact arithmetic it is what the smoother of
-//! Rauch, Tung and Striebel says.
+//! It has the form of Bryson and Frazier. The information of later scalars propagates backwards as
+//! a vector and a matrix. The covariance of each step converts them to errors, without an inverse
+//! (G. J. Bierman, *International Journal of Control* 18(1), 1973). In exact arithmetic the result
+//! equals the smoother of Rauch, Tung and Striebel.
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 
@@ -19,55 +19,55 @@ use crate::memory;
 
 type Full<const N: usize> = SMatrix<f64, N, N>;
 type Column<const N: usize> = SVector<f64, N>;
-/// Rows of a matrix, with places more so that each fills registers.
+/// Rows of a matrix, with additional places to fill registers.
 type Rows<const N: usize, const W: usize> = [[f64; W]; N];
 type Triangle = [f64; STATES * (STATES + 1) / 2];
 
-/// Errors and constants: of a filter without barometer and compass, and of one with them. A product
-/// takes three rows at a time: the last one has a row more, zero.
+/// Numbers of errors and constants in a filter without barometer and compass, and in a filter with
+/// them. A product uses three rows at a time: the last number has one more row, zero.
 const WITHOUT_AIDS: usize = STATES + CONSTANTS_WITHOUT_AIDS;
 const ALL: usize = (STATES + CONSTANTS).next_multiple_of(3);
 
 /// One step of the covariance.
 #[derive(Debug, Clone)]
 struct Node {
-    /// The sample that it ends at.
+    /// Index of the sample at its end.
     sample: usize,
-    /// From the node before; none where the filter began.
+    /// Transition from the previous node; `None` if the filter began here.
     transition: Option<Transition>,
-    /// After what was measured there.
+    /// Covariance after the measurements at the node.
     after: Triangle,
-    /// Taken out there.
+    /// Errors subtracted at the node.
     found: Errors,
     velocity: Vector3<f64>,
-    /// Scalars up to the end of it.
+    /// Number of scalars to the end of the step.
     scalars: usize,
-    /// Index of the prior covariances, where they do not follow from the scalars.
+    /// Index of the prior covariances, if they do not follow from the scalars.
     prior: Option<usize>,
 }
 
-/// A node before anything was measured there, and what was taken out of constants.
+/// A node before its measurements, and the subtracted errors of constants.
 #[derive(Debug, Clone)]
 struct Prior {
     errors: Triangle,
     found: Constants,
 }
 
-/// The steps of a filter, for smoothing: 1.9 kB each and 0.4 for each scalar that was measured
-/// there, and 1.7 kB more where constants are estimated.
+/// The steps of a filter, for smoothing: 1.9 kB each, 0.4 kB for each scalar, and 1.7 kB more with
+/// estimated constants.
 #[derive(Debug, Clone, Default)]
 pub struct Record {
     nodes: Vec<Node>,
-    /// Of the last nodes: constants that are estimated once are so to the end.
+    /// Constants of the last nodes: once a constant is estimated, it is estimated to the end.
     constants: Vec<ConstantsCovariance>,
     scalars: Vec<Scalar>,
     priors: Vec<Prior>,
-    /// Of the last priors, too.
+    /// Constants of the last priors.
     prior_constants: Vec<ConstantsCovariance>,
-    /// Of the last node.
+    /// Prior of the last node.
     prior: Option<(Prior, Option<ConstantsCovariance>)>,
     widened: bool,
-    /// The sample under way.
+    /// Index of the present sample.
     sample: usize,
     refused: Option<Error>,
 }
@@ -75,15 +75,15 @@ pub struct Record {
 /// Smoothed step: errors of the filter's track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smoothed {
-    /// Index of the sample that it ends at.
+    /// Index of the sample at its end.
     pub sample: usize,
-    /// True if the filter began there: what was before is of another piece.
+    /// True if the filter began there: earlier samples belong to another piece.
     pub begins: bool,
-    /// Of what the filter knew before the measurements there.
+    /// Errors of the state before the measurements there.
     pub before: Errors,
-    /// Of what it knew after them.
+    /// Errors of the state after the measurements.
     pub after: Errors,
-    /// Standard deviations that remain.
+    /// Standard deviations of the smoothed state.
     pub sigma: Errors,
 }
 
@@ -152,7 +152,7 @@ impl Record {
         if self.refused.is_some() {
             return;
         }
-        // Of a filter that lost itself by them.
+        // Remove the scalars of a filter that restarts because of them.
         let scalars = self.nodes.last().map_or(0, |node| node.scalars);
         self.scalars.truncate(scalars);
         self.widened = false;
@@ -166,7 +166,7 @@ impl Record {
         self.refused = kept.err();
     }
 
-    /// The last node has a prior instead.
+    /// Removes the scalars of the last node, which has a prior instead.
     fn forget_scalars(&mut self) {
         let before = self.nodes.len().checked_sub(2).map_or(0, |k| self.nodes[k].scalars);
         self.scalars.truncate(before);
@@ -175,10 +175,10 @@ impl Record {
         }
     }
 
-    /// True if memory sufficed to date.
+    /// Returns an error if memory ran out.
     ///
     /// # Errors
-    /// [`Error::Memory`] if it did not.
+    /// [`Error::Memory`] if it ran out.
     pub fn validate(&self) -> Result<(), Error> {
         self.refused.clone().map_or(Ok(()), Err)
     }
@@ -188,13 +188,13 @@ impl Record {
         self.nodes.len()
     }
 
-    /// True if there is none.
+    /// True if there are no steps.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// The smoothed steps, from the last to the first; with standard deviations, which take a
-    /// multiple of the time, or NaN in their place.
+    /// The smoothed steps, from the last to the first. Standard deviations take a multiple of the
+    /// time; without them they are NaN.
     pub fn smoothed(&self, deviations: bool) -> Box<dyn Iterator<Item = Smoothed> + Send + '_> {
         let aided = self.constants.last().map(|last| last.aided);
         match (aided, deviations) {
@@ -207,8 +207,8 @@ impl Record {
         }
     }
 
-    /// The same, with the constants among the errors where N is more than these, and with
-    /// deviations where D says so.
+    /// The smoothed steps, with constants among the errors if N is larger than the number of
+    /// errors, and with standard deviations if D is true.
     fn back<const N: usize, const W: usize, const D: bool>(
         &self,
     ) -> impl Iterator<Item = Smoothed> {
@@ -221,9 +221,9 @@ impl Record {
 /// One step back.
 struct Back<'a, const N: usize, const W: usize, const D: bool> {
     record: &'a Record,
-    /// The node that it comes to.
+    /// Index of the node that the step reaches.
     k: usize,
-    /// Information of all later steps, and then of this one, too.
+    /// Information of all later steps, then including this step.
     later: &'a mut Later<N, W, D>,
 }
 
@@ -263,14 +263,13 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
     }
 }
 
-/// The constants' covariance of the k-th of n: those before the first that has some have none.
+/// Covariance of the constants in step k of n: `None` before the first step with constants.
 fn of_last(constants: &[ConstantsCovariance], k: usize, n: usize) -> Option<&ConstantsCovariance> {
     constants.get((k + constants.len()).checked_sub(n)?)
 }
 
-/// Information of all later measurements on a step: its errors are the covariance times `vector`,
-/// and, where D asks for standard deviations, the covariance loses itself times `matrix` times
-/// itself.
+/// Information of all later measurements for a step. Its errors are the covariance times `vector`.
+/// With D, the covariance decreases by covariance times `matrix` times covariance.
 #[derive(Debug, Clone)]
 struct Later<const N: usize, const W: usize, const D: bool> {
     vector: [f64; W],
@@ -282,7 +281,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         Self { vector: [0.0; W], matrix: [[0.0; W]; N] }
     }
 
-    /// Over a step of the covariance: Φᵀλ and ΦᵀΛΦ.
+    /// Goes back over a step of the covariance: Φᵀλ and ΦᵀΛΦ.
     #[inline(always)]
     fn propagate_back<F: Fours>(&mut self, fours: F, transition: &Transition) {
         let mut errors = [0.0; STATES];
@@ -308,7 +307,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         }
     }
 
-    /// The mean of both triangles.
+    /// Mean of the upper and lower triangle.
     #[inline(always)]
     fn even_out(&mut self) {
         for i in 0..N {
@@ -320,7 +319,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         }
     }
 
-    /// Before a scalar was taken, with the gain K: λ + h (ε/S - Kᵀλ), and (I - Kh)ᵀΛ(I - Kh) + hᵀh/S.
+    /// Goes back over a scalar with gain K: λ + h (ε/S - Kᵀλ), and (I - Kh)ᵀΛ(I - Kh) + hᵀh/S.
     #[inline(always)]
     fn add<F: Fours>(&mut self, fours: F, scalar: &Scalar) {
         let inverse = 1.0 / scalar.new.variance;
@@ -334,7 +333,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         }
         let moved = fours.sum([0.0; W], &gain, &self.matrix);
         let half = 0.5 * (dot(&moved) + inverse);
-        // Λ - hᵀt - tᵀh with t = KᵀΛ - h (KᵀΛK + 1/S)/2 is as symmetric as before.
+        // Λ - hᵀt - tᵀh with t = KᵀΛ - h (KᵀΛK + 1/S)/2 is exactly symmetric.
         let t: [f64; W] = core::array::from_fn(|i| moved[i] - half * h[i]);
         for (i, row) in self.matrix.iter_mut().enumerate() {
             let (own, other) = (fours.splat(h[i]), fours.splat(t[i]));
@@ -346,7 +345,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         }
     }
 
-    /// The same by covariances before and after, where no scalars tell how these follow.
+    /// Goes back over a correction by the covariances before and after it, without scalars.
     #[cold]
     fn add_change(
         &mut self,
@@ -407,7 +406,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         product
     }
 
-    /// Standard deviations that remain, the velocity's as its reader takes it.
+    /// Standard deviations of the smoothed state; the velocity's error is converted to true axes.
     #[inline(always)]
     fn sigma<F: Fours>(
         &self,
@@ -445,7 +444,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
     }
 }
 
-/// Numbers of errors, and of constants where N is more than these.
+/// Values of the errors, and of the constants if N is larger than the number of errors.
 #[inline(always)]
 fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants) -> [f64; W] {
     let mut row = [0.0; W];
@@ -455,7 +454,7 @@ fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants
     row
 }
 
-/// A covariance.
+/// Covariance of the errors, and of the constants.
 #[inline(always)]
 fn rows<const N: usize, const W: usize>(
     errors: &Triangle,
@@ -485,12 +484,13 @@ fn full<const N: usize, const W: usize>(rows: &Rows<N, W>) -> Full<N> {
     Full::from_fn(|i, j| rows[i][j])
 }
 
-/// Of a covariance, with errors in units of their deviations. Known constants are no part of it.
+/// Inverse of a covariance, with errors in units of their standard deviations. Known constants are
+/// no part of it.
 fn inverse<const N: usize>(covariance: &Full<N>) -> Full<N> {
     let scale = covariance.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
     let mut scaled = Full::<N>::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);
     (0..N).filter(|i| scale[*i] == 0.0).for_each(|i| scaled[(i, i)] = 1.0);
-    // Rounding can cost definiteness where a variance is known far better than another.
+    // If one variance is much smaller than another, rounding can make the matrix indefinite.
     let mut solved = factor(&scaled);
     let mut more = 1e-14;
     while solved.is_none() && more < 1.0 {
@@ -507,7 +507,7 @@ fn factor<const N: usize>(matrix: &Full<N>) -> Option<Cholesky<f64, Const<N>>> {
     Cholesky::new(*matrix)
 }
 
-/// By doubling, so that a long record is not copied at every step.
+/// Adds an element and doubles the room if needed: a long record is not copied at every step.
 fn try_push<T>(all: &mut Vec<T>, one: T) -> Result<(), Error> {
     let more = if all.len() == all.capacity() { all.len().max(64) } else { 0 };
     memory::reserve(all, more)?;
@@ -547,7 +547,7 @@ mod tests {
         velocity: Vector3<f64>,
     }
 
-    /// A record, and next to it all that Rauch, Tung and Striebel need.
+    /// A record, with all data for the smoother of Rauch, Tung and Striebel.
     #[derive(Default)]
     struct Watched {
         record: Record,
@@ -576,7 +576,7 @@ mod tests {
             });
         }
 
-        /// Errors after what was measured at each step, and the covariances that remain.
+        /// Errors after the measurements of each step, and the smoothed covariances.
         fn smoothed(&self) -> Vec<(Column<ALL>, Matrix)> {
             let last = self.steps.last().expect("a step");
             let mut all = vec![(Column::zeros(), last.covariances[1])];
@@ -638,8 +638,8 @@ mod tests {
         }
     }
 
-    /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
-    /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
+    /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage and
+    /// one rejected fix. From 30 s on they are far off, and the filter moves to them.
     fn observe_run(antenna_sigma: f64, consider_antenna: bool, aided: bool) -> Watched {
         let start = Start {
             quaternion: [1.0, 0.0, 0.0, 0.0],
@@ -701,7 +701,7 @@ mod tests {
         watched
     }
 
-    /// Of a barometer and a compass, which are disturbed for a while, and two antennas.
+    /// Readings of a barometer and a compass, which are disturbed for a while, and of two antennas.
     fn take_aids(filter: &mut NavigationFilter, time: f64, watched: &mut Watched) {
         let wave = (13.0 * time).sin();
         let step = if (20.0..36.0).contains(&time) { 1.0 } else { 0.0 };

@@ -3,22 +3,22 @@
 use super::covariance::{Errors, PHI, R, V};
 use crate::error::{Error, require};
 
-/// Outputs that are judged, in the order of their bits.
+/// Outputs with a verdict, in the order of their bits.
 pub const OUTPUTS: [&str; 5] = ["position", "height", "velocity", "attitude", "heading"];
 
-/// Square of the part of its limit at which a lost output is usable again.
+/// Square of the share of the limit below which a lost output is usable again.
 const RETURN_SHARE_SQUARED: f64 = 0.49;
 
-/// Largest standard deviation of each output: horizontal position and height, m, velocity, m/s, roll
-/// and pitch, and heading, rad.
+/// Largest standard deviation of each output: horizontal position and height, m, velocity, m/s,
+/// roll and pitch, and heading, rad.
 pub type Limits = [f64; OUTPUTS.len()];
 
-/// Limits of a vehicle of which nothing is known.
+/// Limits of an unspecified vehicle.
 pub const LIMITS: Limits = [10.0, 10.0, 1.0, 0.05, 0.17];
 /// Limits of a vehicle on wheels.
 pub const WHEELED_LIMITS: Limits = [5.0, 5.0, 0.5, 0.05, 0.1];
 
-/// The bits of the usable outputs, by those before and the variances of the errors.
+/// Bits of the usable outputs, from the previous bits and the variances of the errors.
 #[inline(always)]
 pub(crate) fn judge(before: u8, variances: &Errors, limits: &Limits) -> u8 {
     let v = variances;

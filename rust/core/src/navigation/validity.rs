@@ -65,7 +65,7 @@ const MAX_STEP: f64 = 2.5;
 impl Motion {
     fn is_valid(&self) -> bool {
         let square = self.attitude.transpose() * self.attitude - Matrix3::identity();
-        // The norm, which no turn changes.
+        // The norm is invariant under rotation.
         is_size(square.norm_squared(), 1e-6)
             && self.attitude.determinant() > 0.0
             && are_within(&self.velocity, 2e5)
@@ -78,8 +78,8 @@ impl Motion {
 }
 
 impl Covariance {
-    /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
-    /// below zero at the next measurement.
+    /// True if the matrix is symmetric and semidefinite. A matrix that is valid only pair by pair
+    /// may give a negative variance at the next measurement.
     pub(super) fn is_valid(&self) -> bool {
         let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
@@ -104,7 +104,7 @@ impl Covariance {
     }
 }
 
-/// To the bit: zeros of two signs stay two.
+/// True if the two numbers are bit-identical: zeros of different sign differ.
 fn is_same(one: f64, other: f64) -> bool {
     one.to_bits() == other.to_bits()
 }

@@ -12,27 +12,27 @@ use crate::math::validity::{are_within, is_count, is_within};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Input, Output, Shape, Stream, Traced};
 
-/// Largest coordinate and velocity of a sample, far beyond any.
+/// Largest coordinate and velocity of a sample, far above real values.
 const MAX_SAMPLE: f64 = 1e150;
 /// Longest time between two samples, s.
 const MAX_SPAN: f64 = 1e9;
-/// Signals of this strength and more are strong, dB-Hz; one below zero is none.
+/// Smallest strength of a strong signal, dB-Hz; a strength below zero is missing.
 const MIN_STRONG_DB_HZ: f64 = 45.0;
-/// Seconds after which nothing is known of a velocity that is missing.
+/// Time after which a missing velocity is unknown, s.
 const MAX_UNKNOWN_S: f64 = 100.0;
-/// Times `sigma` in a second: velocity of which nothing is known but that it is one.
+/// Standard deviation of an unknown velocity, as a multiple of `sigma` per second.
 const DIFFUSE_SIGMAS: f64 = 100.0;
 
 /// A fix; missing values are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
-    /// East and north, m.
+    /// Position east and north, m.
     pub position: [f64; 2],
     /// Doppler velocity east and north, m/s.
     pub speed: [f64; 2],
     /// Strength of the signals, carrier over noise density, dB-Hz.
     pub cn0: f64,
-    /// True if the platform is known to rest.
+    /// True if the platform is known to be at rest.
     pub rest: bool,
     /// Time since the previous fix, s; NaN for one period of the rate.
     pub dt: f64,
@@ -44,7 +44,7 @@ impl Input for Fix {
     #[inline(always)]
     fn read(z: &[f64]) -> Self {
         let z: &[f64; 7] = z.first_chunk().expect("as many numbers as a fix has");
-        // What is not finite is not known, a rest as little as a number.
+        // A value that is not finite is unknown, including the flag of rest.
         let rest = z[5] > 0.5 && z[5].is_finite();
         Self { position: [z[0], z[1]], speed: [z[2], z[3]], cn0: z[4], rest, dt: z[6] }
     }
@@ -53,9 +53,9 @@ impl Input for Fix {
 /// All estimates after a fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSnapshot {
-    /// East and north, m; NaN before the first fix.
+    /// Position east and north, m; NaN before the first fix.
     pub position: [f64; 2],
-    /// Its standard deviation per axis, m; NaN if the method has none.
+    /// Standard deviation of the position per axis, m; NaN if the method has none.
     pub sigma: f64,
     /// Velocity east and north, m/s; NaN if the method has none.
     pub velocity: [f64; 2],
@@ -94,21 +94,21 @@ pub struct PositionFilter {
     period: f64,
     /// True if there was a fix.
     begun: bool,
-    /// True if the last one was missing, or not taken.
+    /// True if the last fix was missing, or was not used.
     missing: bool,
     held: bool,
     samples: u64,
     state: State,
 }
 
-/// State of each method; nothing of it is read before the first fix but the velocity of [`Aided`].
-// The moving average is the largest by far. It stays: a step may not allocate.
+/// State of each method. Before the first fix only the velocity of [`Aided`] is read.
+// The moving average is by far the largest. It is not boxed, since a step may not allocate.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum State {
     Aided(Aided),
     Average(Average),
-    /// Constant velocity, for strong and for weak signals.
+    /// Constant velocity, for methods "kalman" and "strength".
     Constant(Pair),
     Course(Course),
 }
@@ -117,7 +117,7 @@ impl PositionFilter {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn new(params: PositionParams) -> Result<Self, Error> {
         let params = params.validate()?;
         let state = match params.method {
@@ -130,7 +130,7 @@ impl PositionFilter {
         Ok(Self { params, period, begun: false, missing: false, held: false, samples: 0, state })
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &PositionParams {
         &self.params
     }
@@ -140,7 +140,7 @@ impl PositionFilter {
         self.samples
     }
 
-    /// Variance of the white noise of a fix of this strength: the sigma-ε form.
+    /// Variance of a fix's white noise at this strength: the sigma-ε form.
     fn noise(&self, cn0: f64) -> f64 {
         let sigma = self.params.constants.sigma;
         let weighed =
@@ -218,14 +218,14 @@ impl Traced for PositionFilter {
             }
             _ => {}
         }
-        // NaN stays: `max` would pass over it.
+        // NaN must remain; `max` would replace it.
         let sigma = if variance < 0.0 { 0.0 } else { variance.simd_sqrt() };
         let (position, missing, held) = (self.position(), self.missing, self.held);
         PositionSnapshot { position, sigma, velocity, receiver_error, missing, held }
     }
 }
 
-/// Both axes, unless one is missing.
+/// The two axes, `None` if an axis is missing.
 fn plane(given: Plane) -> Option<Plane> {
     given.iter().all(|x| is_within(*x, MAX_SAMPLE)).then_some(given)
 }
@@ -236,15 +236,15 @@ fn constant_velocity(q: f64, dt: f64) -> Step {
     Step { a: dt, f: 1.0, shift: [0.0; 2], Q }
 }
 
-/// Position p and a Gauss-Markov error g of the receiver. Both are held as what the receiver shows,
-/// s = p + g, and g, so that the first is measured.
+/// Position p and a Gauss-Markov error g of the receiver. The states are the receiver's position s
+/// = p + g, which is measured, and g.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Aided {
     pair: Pair,
-    /// The last velocity known, and the seconds since it.
+    /// The last known velocity, and the time since it, s.
     velocity: Plane,
     unknown: f64,
-    /// True if the last sample was one at rest.
+    /// True if the last sample was at rest.
     at_rest: bool,
 }
 
@@ -279,8 +279,9 @@ impl Aided {
         }
     }
 
-    /// The way since the sample before, and its deviation an axis. Of a body that rests at both
-    /// ends it is none. Where rest begins or ends it moved in between: its velocity there is zero.
+    /// Displacement since the previous sample, and its standard deviation per axis. It is zero if
+    /// the body rests at the two samples. If rest begins or ends, the body moved between them, and
+    /// its velocity at rest is zero.
     fn moved(&mut self, fix: &Fix, dt: f64, constants: &PositionConstants) -> (Plane, f64) {
         let rested = core::mem::replace(&mut self.at_rest, fix.rest);
         let (before, unknown) = (self.velocity, self.unknown);
@@ -307,7 +308,8 @@ impl Aided {
     }
 }
 
-/// s ← s + moved - (1 - f) g, g ← f g with f = exp(-T/τ); 1 - f without a loss of digits.
+/// s ← s + moved - (1 - f) g, g ← f g with f = exp(-T/τ); 1 - f is computed without a loss of
+/// digits.
 fn wandering(moved: Plane, sigma: f64, dt: f64, spread: f64, time: f64) -> Step {
     let lost = -ComplexField::exp_m1(-dt / time);
     let grown = -spread * ComplexField::exp_m1(-2.0 * dt / time);
@@ -317,7 +319,7 @@ fn wandering(moved: Plane, sigma: f64, dt: f64, spread: f64, time: f64) -> Step 
 /// The mean of the last fixes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Average {
-    /// One a column, in the order of a ring.
+    /// Fixes, one per column, as a ring.
     fixes: SMatrix<f64, 2, MAX_WINDOW>,
     count: u8,
     next: u8,
@@ -329,13 +331,13 @@ impl Average {
         Self { fixes: SMatrix::zeros(), count: 0, next: 0, mean: [0.0; 2] }
     }
 
-    /// A missing fix changes nothing.
+    /// Adds a fix; a missing fix changes nothing.
     fn take(&mut self, known: Option<Plane>, window: u8) {
         let Some(z) = known else { return };
         self.fixes.set_column(usize::from(self.next), &z.into());
         self.next = (self.next + 1) % window;
         self.count = (self.count + 1).min(window);
-        // Summed again: a running sum would keep the rounding of every fix.
+        // Summed again each time: a running sum would keep the rounding of every fix.
         let count = usize::from(self.count);
         let sum = self.fixes.columns(0, count).column_sum();
         self.mean = [sum[0] / count as f64, sum[1] / count as f64];
@@ -350,11 +352,11 @@ impl Average {
     }
 }
 
-/// The last fix that was taken, and the step that led to it.
+/// Last fix that was used, and the step to it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Course {
     position: Plane,
-    /// Zero before the first step.
+    /// Step; zero before the first step.
     step: Plane,
 }
 
@@ -363,8 +365,8 @@ impl Course {
         Self { position: [0.0; 2], step: [0.0; 2] }
     }
 
-    /// Takes a fix; true where it is not taken. Steps begin where the last one that was taken has
-    /// ended, so that a body that really turns is followed after `step` metres.
+    /// Processes a fix; true if it is ignored. Steps begin at the last fix that was used: after
+    /// `step` metres a body that really turns is followed.
     fn take(&mut self, known: Option<Plane>, begun: bool, constants: &PositionConstants) -> bool {
         let Some(z) = known else { return false };
         if !begun {
@@ -398,7 +400,7 @@ impl Checkpoint for PositionFilter {
     const VERSION: u16 = 1;
 
     fn is_valid(&self) -> bool {
-        // What follows counts on them.
+        // Later checks need valid parameters.
         if self.params.validate().is_err() {
             return false;
         }

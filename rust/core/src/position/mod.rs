@@ -1,12 +1,12 @@
 //! Position of a receiver, without the wandering of fixes at rest or at low speed.
 //!
-//! A fix is metres east and north in a plane, with what the receiver may tell besides: speed by
-//! Doppler, strength of the signals, and whether the platform rests. [`PositionFilter`] is the
-//! stream; its method says what is made of them. The default, [`PositionMethod::Aided`], takes the
-//! position from Doppler and rest, and the slow error of the receiver for what it is: a state. The
-//! others are the named ones that stand in papers, to compare with.
+//! A fix is a position east and north in a plane, m. The receiver may also give the Doppler
+//! velocity, the strength of the signals, and rest of the platform. [`PositionFilter`] is the
+//! stream; its method defines the use of these inputs. The default, [`PositionMethod::Aided`],
+//! takes displacements from Doppler and rest, and has a state for the slow error of the receiver.
+//! The other methods are from papers, for comparison.
 //!
-//! None of them removes the slow error of a receiver: they remove what makes it wander.
+//! No method removes the slow error of a receiver; they reduce its wandering.
 
 mod filter;
 mod options;

@@ -1,4 +1,4 @@
-//! Options of a position filter: method and constants, one table of them.
+//! Options of a position filter: method, and a table of constants.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::error::{Error, check_rate, require};
 /// Largest number of fixes in the moving average.
 pub const MAX_WINDOW: usize = 64;
 
-/// Treatment of the fixes.
+/// Method of filtering.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PositionMethod {
     /// Doppler and rest determine the change of position; a slow receiver error is a state.
@@ -29,19 +29,19 @@ pub const POSITION_METHODS: [&str; 5] =
     ["aided", "moving_average", "kalman", "heading", "strength"];
 
 impl PositionMethod {
-    /// Its name.
+    /// Name of the method.
     pub fn name(self) -> &'static str {
         POSITION_METHODS[self as usize]
     }
 
-    /// The method with this name.
+    /// Method with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         let all = [Self::Aided, Self::MovingAverage, Self::Kalman, Self::Heading, Self::Strength];
         all.into_iter().find(|method| method.name() == name)
     }
 }
 
-/// Constants of all methods; each uses some.
+/// Constants of all methods; each method uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionConstants {
     /// Number of fixes in the moving average.
@@ -54,7 +54,7 @@ pub struct PositionConstants {
     pub step: f64,
     /// Largest change of course of a shorter step, rad.
     pub turn: f64,
-    /// Slow error of the receiver, per axis, m.
+    /// Standard deviation of the receiver's slow error, per axis, m.
     pub error_sigma: f64,
     /// Correlation time of the slow error, s.
     pub error_time: f64,
@@ -192,14 +192,14 @@ pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     ),
 ];
 
-/// Parameters.
+/// Parameters of a position filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionParams {
-    /// Fixes a second.
+    /// Fixes per second.
     pub rate: f64,
-    /// Treatment of the fixes.
+    /// Method of filtering.
     pub method: PositionMethod,
-    /// The constants of all methods.
+    /// Constants of all methods.
     pub constants: PositionConstants,
 }
 
@@ -208,13 +208,13 @@ impl PositionParams {
         check_rate(self.rate)?;
         POSITION_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         let window = self.constants.window;
-        // The check before has bounded it.
+        // The value has been checked to be in range.
         let whole = window == f64::from(window as u8);
         require(whole, "window", "a whole number from 1 to 64", window)?;
         Ok(self)
     }
 
-    /// Fixes of the moving average.
+    /// Number of fixes in the moving average.
     pub(super) fn window(&self) -> u8 {
         self.constants.window as u8
     }

@@ -1,4 +1,4 @@
-//! A Kalman filter of two states, the first of which is measured, for both axes of a plane.
+//! A Kalman filter of two states for the two axes of a plane; the first state is measured.
 #![allow(non_snake_case)]
 
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::math::{Real, Symmetric};
 /// East and north.
 pub(super) type Plane = [f64; 2];
 
-/// Largest state and variance, far beyond any.
+/// Largest state and variance, far above real values.
 const MAX_STATE: f64 = 1e170;
 const MAX_VARIANCE: f64 = 1e100;
 /// Largest loss of a difference's variance by rounding, relative to the terms.
@@ -25,23 +25,24 @@ pub(super) struct Step {
     pub Q: [f64; 3],
 }
 
-/// Two states of each axis. Both axes have one covariance: what is measured of one is of the other.
+/// Two states for each axis. The two axes share one covariance, since they are measured together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pair {
-    /// The measured state, then the other one.
+    /// The measured state, then the other state.
     x: [Plane; 2],
     P: Symmetric<f64, 2>,
 }
 
 impl Pair {
-    /// Known by one measurement of variance `R`; the other state is zero to `variance`.
+    /// State after one measurement of variance `R`; the other state is zero with variance
+    /// `variance`.
     pub fn measured(z: Plane, R: f64, variance: f64) -> Self {
         let mut P = Symmetric::diagonal(R);
         P.set(1, 1, variance);
         Self { x: [z, [0.0; 2]], P }
     }
 
-    /// Zero, of which nothing is known.
+    /// Zero states with an unknown value.
     pub fn unknown() -> Self {
         Self::measured([0.0; 2], 0.0, 0.0)
     }
@@ -59,7 +60,7 @@ impl Pair {
         self.P.at(0, 0)
     }
 
-    /// Variance of the first state less the second.
+    /// Variance of the first state minus the second.
     pub fn variance_of_difference(&self) -> f64 {
         self.P.at(0, 0) - 2.0 * self.P.at(0, 1) + self.P.at(1, 1)
     }
@@ -87,15 +88,15 @@ impl Pair {
             self.x[0][axis] = bounded(self.x[0][axis] + k * e);
             self.x[1][axis] = bounded(self.x[1][axis] + b * e);
         }
-        // (I - K H) P: what was measured without a difference, so that it keeps its digits.
+        // (I - K H) P, computed without a difference to keep the digits.
         self.P.set(0, 0, left * p);
         self.P.set(0, 1, left * q);
         self.P.set(1, 1, size(r - b * q + ROUNDING * r));
         self.limit();
     }
 
-    /// Variances below their cap, without a change of the correlation, and the covariance below what
-    /// they allow: where one variance is lost next to a far larger one it need not vanish.
+    /// Limits the variances without a change of the correlation, and the covariance to the value
+    /// that the variances allow.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
@@ -115,7 +116,8 @@ impl Pair {
     }
 }
 
-/// No variance below zero: of the smallest numbers rounding takes more than `ROUNDING` gives.
+/// The variance, or zero if it is negative: for the smallest numbers rounding removes more than
+/// `ROUNDING` adds.
 fn size(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance }
 }

@@ -1,4 +1,4 @@
-//! Ticks in a row that may become a rest: steady ones at a new level, or some near a known level.
+//! Ticks in a row that may become a rest: steady ticks at a new level, or ticks near a known level.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,15 +9,15 @@ use super::ticker::{TickSums, level_max};
 use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
-/// Variance of the mean of so many samples at most, over that of white noise, that is even.
+/// Number of samples, and largest ratio of their mean's variance to white noise, for even levels.
 const MAX_EVEN_RATIO: f64 = 4.0;
 const EVEN_SAMPLES: u32 = 25;
 
-/// Successive ticks of much the same variance whose levels vary far less than the samples do.
+/// Successive ticks with similar variance and with levels that vary far less than the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Candidate<T> {
     pub ticks: u32,
-    /// Samples of the shortest of them.
+    /// Number of samples in the shortest tick.
     count: u32,
     pub level: T,
     /// Sum of squares of the ticks' levels about their mean.
@@ -37,7 +37,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         Self { ticks: 1, count: seen.count, level, squares: T::zero(), variance }
     }
 
-    /// Goes on with a tick, or starts again with it if it is unlike those before.
+    /// Adds a tick, or starts again with it if it is unlike the previous ticks.
     pub(super) fn take(&mut self, seen: &TickSums<T>) {
         let longer = self.with(seen);
         *self = match self.ticks > 0 && longer.is_alike(seen) && longer.stands(seen) {
@@ -60,7 +60,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         }
     }
 
-    /// True if the tick's variance is that of the others: shaking changes from tick to tick.
+    /// True if the tick's variance is similar to the others: the strength of shaking changes
+    /// between ticks.
     fn is_alike(&self, seen: &TickSums<T>) -> bool {
         let freedom = seen.freedom().at_most(T::of(MAX_FREEDOM));
         let most = chi_squared_bound(freedom, CERTAIN_SIGMAS);
@@ -70,14 +71,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
             && seen.variance + flips >= self.variance * least
     }
 
-    /// True if the levels stand still: those of motion vary as much as the samples do.
+    /// True if the levels are constant: in motion they vary as much as the samples.
     fn stands(&self, seen: &TickSums<T>) -> bool {
         let share = T::of(MAX_LEVEL_RATIO + 4.0 / f64::from(self.count));
         self.level_variance() <= share * self.variance + flips(seen.step)
     }
 
-    /// True if the levels vary no more than the means of noise that is nearly white, or than those
-    /// of samples on two neighbouring steps.
+    /// True if the levels vary no more than means of nearly white noise, or of samples on two
+    /// neighbouring steps.
     pub(super) fn is_even(&self, step: T) -> bool {
         let share = T::of(MAX_EVEN_RATIO / f64::from(self.count.min(EVEN_SAMPLES)));
         let (levels, two_steps) = (self.level_variance(), flips(step));
@@ -85,7 +86,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         coarse || levels <= share * self.variance
     }
 
-    /// Deviation of the mean level.
+    /// Standard deviation of the mean level.
     pub(super) fn level_deviation(&self) -> T {
         (self.level_variance() / T::of(f64::from(self.ticks.max(1)))).simd_sqrt()
     }
@@ -96,11 +97,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     }
 }
 
-/// Successive ticks that look like a rest known.
+/// Successive ticks that look like a known rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Run<T> {
     pub ticks: u32,
-    /// Their mean level.
+    /// Mean level of the ticks.
     pub level: T,
 }
 
@@ -118,14 +119,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
         self.level += (level - self.level) / T::of(f64::from(self.ticks));
     }
 
-    /// True if it is long enough, and at the level known.
+    /// True if the run is long enough and at the known level.
     pub(super) fn has_arrived(&self, ticks: u32, known: &RestModel<T>, step: T) -> bool {
         self.ticks >= ticks && known.is_level(self.level, step)
     }
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
-    /// True if ticks can have made it.
+    /// True if ticks can have led to this state.
     pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         self.count >= MIN_SAMPLES
@@ -136,7 +137,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
-    /// True if ticks can have made it.
+    /// True if ticks can have led to this state.
     pub(super) fn is_valid(&self) -> bool {
         is_within(self.level, level_max::<T>() + level_max())
     }

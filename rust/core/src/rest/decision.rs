@@ -10,21 +10,22 @@ use super::ticker::TickSums;
 use super::{Event, MIN_SAMPLES, RestLimits};
 use crate::math::{Limits, Real};
 
-/// Deviations of the level of a candidate within which it may be that of the rest before.
+/// Largest distance of a candidate's level from the previous rest's level, in standard deviations,
+/// at which the two may be equal.
 const SAME_LEVEL_SIGMAS: f64 = 3.0;
 
-/// Doubts after which the time that a rest needs no longer doubles.
+/// Number of doubts after which the time for a rest no longer doubles.
 const MAX_DOUBTS: u32 = 8;
 
 /// Samples in a tick, and times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Times {
     pub tick: u32,
-    /// Near the level known, until rest begins.
+    /// Ticks near the known level until rest begins.
     pub dwell: u32,
-    /// Until a rest counts as proven, and until one at a level not known begins.
+    /// Ticks until a rest is proven, and until a rest at an unknown level begins.
     pub short: u32,
-    /// The same, however far the level.
+    /// Ticks until a rest begins at any distance of its level.
     pub long: u32,
 }
 
@@ -32,31 +33,32 @@ impl Times {
     pub(super) fn new(rate: f64) -> Self {
         let tick = ((rate * 0.25 + 0.5) as u32).max(MIN_SAMPLES);
         let ticks = |seconds: f64| (seconds * rate / f64::from(tick) + 0.5) as u32;
-        // At low rates ticks are long, and few say little.
+        // At low rates ticks are long, and a few ticks contain little information.
         let [dwell, short, long] = [ticks(1.5).max(6), ticks(10.0).max(10), ticks(60.0).max(30)];
         Self { tick, dwell, short, long }
     }
 }
 
-/// Tells rest from motion, tick by tick.
+/// Distinguishes rest from motion, tick by tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Decision<T> {
     pub times: Times,
     pub at_rest: bool,
-    /// The assumed rest at the start was none.
+    /// True if the assumed rest at the start was false.
     false_start: bool,
     known: Option<RestModel<T>>,
     /// Model before the last change of level or noise.
     earlier: Option<RestModel<T>>,
     candidate: Candidate<T>,
-    /// Ticks near the level known.
+    /// Ticks near the known level.
     back: Run<T>,
-    /// Ticks near the level of earlier.
+    /// Ticks near the level of `earlier`.
     near_earlier: Run<T>,
     still: Still<T>,
-    /// Rests in a row that were left too early to be proven, where limits let them begin at once.
+    /// Number of rests in a row that ended before they were proven, if limits let them begin at
+    /// once.
     doubts: u32,
-    /// True if the model is certainly that of rest: something louder has been seen, or it has
+    /// True if the model certainly belongs to rest: stronger motion has been seen, or the rest has
     /// lasted for a minute.
     proven: bool,
 }
@@ -78,8 +80,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Takes a tick, which cannot be one of rest if the body is known to be `moving`; returns what
-    /// changed.
+    /// Processes a tick and returns the change. If the body is known to be `moving`, the tick is no
+    /// rest.
     pub(super) fn take(&mut self, seen: &TickSums<T>, moving: bool) -> Option<Event> {
         let possible = self.still.take(seen);
         match self.known {
@@ -89,23 +91,23 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Ticks in a row that may become the first rest.
+    /// Number of ticks in a row that may become the first rest.
     pub(super) fn standing(&self) -> u32 {
         if self.known.is_some() { 0 } else { self.candidate.ticks }
     }
 
-    /// True if the assumed rest may also be motion, since nothing else has been seen.
+    /// True if the assumed rest may be motion, because no stronger motion has been seen.
     pub(super) fn is_provisional(&self) -> bool {
         !self.proven
     }
 
-    /// Variance of the samples of a rest that a tick has begun.
+    /// Variance of the samples of a rest that begins with this tick.
     pub(super) fn begun(&self, event: Option<Event>) -> Option<T> {
         let begins = matches!(event, Some(Event::Rest | Event::Restart)) && self.at_rest;
         self.known.filter(|_| begins).map(|known| known.noise.variance)
     }
 
-    /// Before anything is known.
+    /// Processes a tick before anything is known.
     fn begin(&mut self, possible: bool, seen: &TickSums<T>) -> Option<Event> {
         if !possible {
             self.candidate = Candidate::none();
@@ -159,7 +161,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         Some(Event::Motion)
     }
 
-    /// Takes a quieter level for rest that follows on one which nothing has proven.
+    /// Accepts a quieter level as rest after a rest that was never proven.
     fn doubt(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
         if self.proven {
             return None;
@@ -170,7 +172,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         (lasts && quiet).then(|| self.replace())
     }
 
-    /// Takes the candidate for rest, and what was known before for motion.
+    /// Accepts the candidate as rest, and treats the earlier rest as motion.
     fn replace(&mut self) -> Event {
         let trust = self.times.short;
         self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
@@ -194,7 +196,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
         self.back.take(known.is_near(seen), seen.level);
         if moving {
-            // That the level known is back is no news: it may be by the time that the motion is over.
+            // A return to the known level is no evidence here: it may be the end of the motion.
             (self.candidate, self.near_earlier) = (Candidate::none(), Run::none());
             return None;
         }
@@ -209,7 +211,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.return_to_earlier(&known, seen).or_else(|| self.accept_candidate(&known, seen))
     }
 
-    /// Returns to what was known before, if the sensor has done so.
+    /// Returns to the earlier model, if the sensor has returned to its level.
     fn return_to_earlier(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
         let earlier = self.earlier?;
         self.near_earlier.take(earlier.is_near(seen), seen.level);
@@ -233,7 +235,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.near_earlier = Run::none();
     }
 
-    /// Accepts as rest a candidate that has lasted long enough.
+    /// Accepts a candidate as rest if it has lasted long enough.
     fn accept_candidate(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
         if T::of(f64::from(self.candidate.ticks)) < self.needed(known, seen.step) {
             return None;
@@ -254,7 +256,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.known = Some(accepted);
         self.at_rest = true;
         self.near_earlier = Run::none();
-        // Of a louder one the level is not known as well.
+        // The level of a louder candidate is less certain.
         let unsure = T::of(SAME_LEVEL_SIGMAS) * self.candidate.level_deviation();
         let distance = (known.distance(self.candidate.level) - unsure).at_least(T::zero());
         Some(match known.is_near_level(distance, seen.step) {
@@ -263,8 +265,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         })
     }
 
-    /// Ticks that one needs of which nothing more is known than that it may be rest: turning stands
-    /// still for a moment where it turns back.
+    /// Number of ticks for a rest without further evidence: a rotation stands still for a moment
+    /// when it reverses.
     fn needed_within_limits(&self, step: T) -> u32 {
         let Times { dwell, short, .. } = self.times;
         let first = dwell + dwell / 2;
@@ -274,13 +276,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Ticks that a candidate needs: the farther it is and the louder, the longer.
+    /// Number of ticks that a candidate needs; it grows with the candidate's distance and noise.
     fn needed(&self, known: &RestModel<T>, step: T) -> T {
         let Times { dwell, short, long, .. } = self.times;
         let candidate = &self.candidate;
         let level_stands = known.is_level(candidate.level, step)
             && known.is_as_steady(candidate.level_variance(), step);
-        // Nothing that moves is quieter than rest.
+        // Motion is never quieter than rest.
         let (new, old) = (candidate.variance, known.noise.variance);
         if level_stands || is_quieter(new, old, step) {
             return T::of(2.0 * f64::from(dwell));
@@ -300,7 +302,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
-    /// True if ticks can have made it of `fresh`.
+    /// True if ticks can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let is_valid = |model: &RestModel<T>| model.is_valid();
         self.times == fresh.times

@@ -1,9 +1,10 @@
-//! The three-zone gate on samples: near ones count, farther ones by a bound, far ones not at all.
+//! Gate on samples with three zones: near samples count, farther samples are bounded, far samples
+//! are left out.
 //!
-//! After Wu & Ran's filter, but on the samples about the level of the last ticks, so that nothing
-//! depends on a filter's innovation, and with an exit: a tick with many far samples, or with some
-//! in a row on one side, is no tick with outliers. Zones in deviations are followed by counting how
-//! many samples lie within one deviation: an outlier counts as one sample, however far it is.
+//! It follows Wu & Ran's filter, with two differences. It uses the distance from the level of the
+//! last ticks, and does not depend on a filter's innovation. And it has an exit: a tick with many
+//! far samples, or with some in a row on one side, has no outliers. The standard deviation follows
+//! the share of samples within it. An outlier therefore has the same effect at any distance.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,73 +12,73 @@ use crate::math::validity::is_size;
 use crate::math::{Limits, Real};
 use crate::stream::Sketch;
 
-/// Bounds of the zones in deviations, and at least in steps of the sensor.
+/// Bounds of the zones in standard deviations, and smallest bounds in steps of the sensor.
 const NEAR_SIGMAS: f64 = 3.0;
 const FAR_SIGMAS: f64 = 4.0;
 const NEAR_STEPS: f64 = 1.01;
 const FAR_STEPS: f64 = 3.0;
 
-/// Share of a normal variable within one deviation.
+/// Share of a normal variable within one standard deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689_492_137_085_9;
 
-/// Gain of the standard deviation towards that share, a tick; and where almost all of a tick's
-/// samples lie within one standard deviation, which chance does once in a thousand ticks: after
-/// motion, which is no noise, it is to be back soon.
+/// Gain of the standard deviation towards that share, per tick; and gain if almost all samples of a
+/// tick lie within one standard deviation, which chance does once in a thousand ticks. After motion
+/// the standard deviation then returns quickly.
 const SHARE_GAIN: f64 = 0.05;
 const FAST_SHARE_GAIN: f64 = 0.5;
 const MIN_FAST_SHARE: f64 = 0.95;
 
-/// Samples that tell such a share.
+/// Smallest number of samples for a share.
 const MIN_SHARE_SAMPLES: u32 = 16;
 
-/// Ratio of two deviations that are not of one noise.
+/// Ratio of two standard deviations that do not belong to one noise.
 const MAX_SIGMA_RATIO: f64 = 2.0;
 
-/// Least deviation in steps: one of zero would never grow.
+/// Smallest standard deviation in steps of the sensor: zero would never grow.
 const MIN_STEPS: f64 = 0.25;
 
-/// Share of samples in a tick, at most, that do not count in full: three in ten.
+/// Largest share of samples in a tick that are not near: three in ten.
 const MAX_OUTLIER_SHARE: [u32; 2] = [3, 10];
 
 /// Longest run of outliers on one side, in seconds and in samples.
 const MAX_SIDE_S: f64 = 0.015;
 const MIN_SIDE_SAMPLES: u32 = 3;
 
-/// Samples that a first median is taken of at least.
+/// Smallest number of samples for a first median.
 const MIN_LEARNED: u32 = 32;
 
-/// Fewest of them of which a median distance says anything.
+/// Smallest number of these samples for a median distance.
 const MIN_MEDIAN_SAMPLES: usize = 8;
 
 /// Zone of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Zone<T> {
-    /// Within the bounds; the distance that counts.
+    /// Within the bounds, with the distance that is used.
     Counts(T),
     Far,
 }
 
-/// Zones about the level, and what this tick has shown of them.
+/// Zones about the level, and their counts in the present tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
-    /// Of the first second, in the unit of the samples.
+    /// Samples of the first second, in the samples' unit.
     sketch: Sketch<T>,
-    /// Samples that are still to come of that second.
+    /// Number of samples that the first second still needs.
     learning: u32,
     pub(super) scale: T,
     pub(super) near: T,
     pub(super) far: T,
-    /// Samples of this tick within one deviation, and beyond three.
+    /// Numbers of this tick's samples within one standard deviation, and beyond three.
     pub(super) inside: u32,
     pub(super) beyond: u32,
-    /// Far samples in a row on one side.
+    /// Number of far samples in a row on one side.
     pub(super) side: u32,
     above: bool,
-    /// Of these, at most, in a row that may be outliers.
+    /// Longest run of far samples that may be outliers.
     longest: u32,
-    /// In this tick there were more.
+    /// True if a run in this tick was longer.
     moves: bool,
-    /// The last tick had no outliers: whatever is far in it counts.
+    /// True if the last tick had no outliers: all samples then count.
     open: bool,
 }
 
@@ -100,7 +101,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// Takes so many equal samples at a distance from the level.
+    /// Counts equal samples at a distance from the level.
     #[inline(always)]
     pub(super) fn take(&mut self, distance: T, times: u32) -> Zone<T> {
         let size = distance.simd_abs();
@@ -114,7 +115,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         Zone::Counts(distance.within(self.near))
     }
 
-    /// Equal samples are one: an output that stands still is no sign of motion.
+    /// Equal samples count as one sample: a constant output is no sign of motion.
     #[inline(never)]
     fn take_far(&mut self, distance: T) {
         let above = distance > T::zero();
@@ -123,7 +124,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.moves |= self.side > self.longest;
     }
 
-    /// The zone of a sample, as far as it is known before its tick is complete.
+    /// Zone of a sample before its tick is complete.
     pub(super) fn zone(&self, distance: T) -> Zone<T> {
         let lasts = self.side >= self.longest && self.above == (distance > T::zero());
         match distance.simd_abs() > self.far {
@@ -133,12 +134,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// True if a tick of so many samples shows motion and no outliers.
+    /// True if a tick with this number of samples shows motion instead of outliers.
     pub(super) fn exits(&self, samples: u32) -> bool {
         self.moves || self.beyond * MAX_OUTLIER_SHARE[1] > samples * MAX_OUTLIER_SHARE[0]
     }
 
-    /// Ends a tick of so many samples; `step` is the sensor's. Motion tells nothing of the noise.
+    /// Ends a tick with this number of samples; `step` is the sensor's step. Motion gives no
+    /// information on the noise.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
         let too_large = share > MIN_FAST_SHARE && samples >= MIN_SHARE_SAMPLES;
@@ -154,13 +156,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
-    /// Leaves out what this tick has shown to date.
+    /// Discards the counts of the present tick.
     pub(super) fn forget_tick(&mut self) {
         (self.inside, self.beyond, self.moves) = (0, 0, false);
     }
 
-    /// A rest begins whose samples have this deviation: one far off it was that of motion, or of
-    /// the noise before.
+    /// Begins a rest with samples of this standard deviation. A very different earlier value came
+    /// from motion, or from an earlier noise.
     pub(super) fn rest(&mut self, deviation: T, step: T) {
         let (most, least) =
             (deviation * T::of(MAX_SIGMA_RATIO), deviation * T::of(1.0 / MAX_SIGMA_RATIO));
@@ -181,13 +183,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         };
     }
 
-    /// Samples of the first second are still to come.
+    /// True while samples of the first second are missing.
     #[inline(always)]
     pub(super) fn learns(&self) -> bool {
         self.learning > 0
     }
 
-    /// Takes a sample of the first second, in its own unit.
+    /// Processes a sample of the first second, in its own unit.
     #[cold]
     pub(super) fn learn(&mut self, z: T) {
         self.sketch.insert(z);
@@ -199,7 +201,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.sketch.median()
     }
 
-    /// Starts from the first second, given the size of the ticker's unit in that of the samples.
+    /// Starts from the first second; `inverse` converts from the samples' unit to the ticker's
+    /// unit.
     pub(super) fn start(&mut self, inverse: T, step: T) {
         if self.sketch.held() < MIN_MEDIAN_SAMPLES {
             self.scale = T::zero();
@@ -210,7 +213,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
-    /// True if samples can have made it of `fresh`, at most `position` of them in this tick.
+    /// True if samples can have changed `fresh` to this state, at most `position` of them in this
+    /// tick.
     pub(super) fn is_after(&self, fresh: &Self, position: u32, most: T) -> bool {
         self.sketch.is_valid()
             && self.learning <= fresh.learning

@@ -1,13 +1,14 @@
 //! Rest detection from one channel of a gyroscope.
 //!
-//! Samples form ticks of a quarter of a second. Learned at rest are the variance of samples within
-//! a tick, and the distance of its level from averages of 1, 4 and 16 s. A tick with a chance below
-//! one in a million ends the rest; 1.5 s near the level of the last rest begin the next.
+//! Samples form ticks of a quarter of a second. Two values are learned at rest: the variance of
+//! samples within a tick, and the distance of its level from averages of 1, 4 and 16 s. A tick with
+//! a chance below one in a million ends the rest. The next rest begins after 1.5 s near the level
+//! of the last rest.
 //!
 //! A gyroscope cannot distinguish a slow steady rotation from a bias, and a sensor's bias and noise
-//! change. So a new level counts as rest if it stays constant for 10 s plus about 11 s for each
-//! standard deviation of its distance, at most 60 s. The earlier state is kept and resumed after
-//! 1.5 s near it. An accelerometer detects most such rotations: [`MotionDetector`].
+//! change. A new level therefore counts as rest if it stays constant for 10 s plus about 11 s for
+//! each standard deviation of its distance, at most 60 s. The earlier state is kept and resumed
+//! after 1.5 s near it. An accelerometer detects most such rotations: [`MotionDetector`].
 
 mod bounds;
 mod candidate;
@@ -36,7 +37,7 @@ use crate::math::{Limits, Real};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
-/// Least number of samples for a mean and a variance without the farthest sample.
+/// Smallest number of samples for a mean and a variance without the farthest sample.
 pub(crate) const MIN_SAMPLES: u32 = 4;
 
 /// Change at the end of a tick.
@@ -44,37 +45,37 @@ pub(crate) const MIN_SAMPLES: u32 = 4;
 pub enum Event {
     /// A rest began at the known level.
     Rest,
-    /// The rest ended: this tick, and possibly the one before, belong to motion.
+    /// The rest ended: this tick, and possibly the previous tick, belong to motion.
     Motion,
-    /// The rest was false, or its level is outdated: forget all learned from it.
+    /// The rest was false, or its level is outdated: everything learned from it must be forgotten.
     Restart,
 }
 
 /// A quarter of a second, at least four samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tick<T> {
-    /// Number of used samples: not missing, outliers or stuck. Fewer than four are added to the
-    /// next tick.
+    /// Number of used samples, which are not missing, outliers or stuck. Fewer than four are added
+    /// to the next tick.
     pub count: u32,
-    /// Their mean, if there are any.
+    /// Mean of the samples, if there are any.
     pub mean: T,
-    /// Their standard deviation, zero for less than two.
+    /// Standard deviation of the samples, zero for fewer than two.
     pub deviation: T,
-    /// True if it belongs to a rest; false for a tick without samples.
+    /// True if the tick belongs to a rest; false for a tick without samples.
     pub calm: bool,
     /// Number of outliers.
     pub outliers: u32,
-    /// Samples that a stuck sensor gave.
+    /// Number of samples of a stuck sensor.
     pub stuck: u32,
-    /// Change with it.
+    /// Change at the end of the tick.
     pub event: Option<Event>,
 }
 
-/// Limits of rest, in the unit of the samples: a rest never exceeds them.
+/// Limits of rest, in the samples' unit: a rest never exceeds them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestLimits {
-    /// Largest standard deviation within a tick at rest; means of ticks may spread over 1.5 s by
-    /// three tenths of it.
+    /// Largest standard deviation within a tick at rest. Means of ticks may spread over 1.5 s by
+    /// three tenths of this limit.
     pub rest: Option<f64>,
     /// Largest level at rest.
     pub bias: Option<f64>,
@@ -84,7 +85,7 @@ impl RestLimits {
     /// The limits, if they are positive numbers.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first limit that is not positive.
     pub fn validate(self) -> Result<Self, Error> {
         let check = |name, limit: Option<f64>| {
             limit.map_or(Ok(()), |limit| check_positive(name, "a positive number", limit))
@@ -95,9 +96,9 @@ impl RestLimits {
     }
 }
 
-/// Tells rest from motion.
+/// Distinguishes rest from motion.
 ///
-/// Decisions do not depend on the unit of the samples, nor on a constant added to them.
+/// Decisions do not depend on the samples' unit or on a constant added to them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RestDetector<T> {
     rate: f64,
@@ -118,13 +119,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         Ok(Self { rate, limits, ticker, decision: Decision::new(times, limits) })
     }
 
-    /// Takes one sample; returns the tick that it completes.
+    /// Processes one sample; returns the tick that it completes.
     #[inline(always)]
     pub fn observe(&mut self, z: T) -> Option<Tick<T>> {
         self.observe_while(z, false)
     }
 
-    /// [`observe`](Self::observe) with a flag of motion, such as that of a [`MotionDetector`]: a
+    /// [`observe`](Self::observe) with a flag of motion, for example from a [`MotionDetector`]: a
     /// tick with `moving` at its end is never at rest.
     #[inline(always)]
     pub fn observe_while(&mut self, z: T, moving: bool) -> Option<Tick<T>> {
@@ -137,7 +138,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.position == 0
     }
 
-    /// True if the sensor is at rest by the last tick.
+    /// True if the sensor is at rest in the last tick.
     pub fn at_rest(&self) -> bool {
         self.decision.at_rest
     }
@@ -164,14 +165,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.gate_sample(z)
     }
 
-    /// The relation of a sample, before it is taken, to the run of equal ones that the last one
-    /// belongs to.
+    /// Relation of a sample, before it is processed, to the run of equal samples at the last
+    /// sample.
     pub(crate) fn run_with(&self, z: T) -> Run {
         self.ticker.run_with(z)
     }
 
-    /// Samples of the tick under way of which its end may say that they are outliers, or of a stuck
-    /// sensor.
+    /// Number of samples in the present tick that may be found to be outliers, or from a stuck
+    /// sensor, at its end.
     pub(crate) fn pending(&self) -> u64 {
         u64::from(self.ticker.pending())
     }
@@ -182,12 +183,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.resolution()
     }
 
-    /// The limits of rest.
+    /// Limits of rest.
     pub fn limits(&self) -> RestLimits {
         self.limits
     }
 
-    /// Samples in a tick, missing ones included.
+    /// Number of samples in a tick, missing ones included.
     pub fn tick_length(&self) -> u32 {
         self.decision.times.tick
     }
@@ -197,26 +198,26 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.rate
     }
 
-    /// The tick of which others have taken the last sample.
+    /// Ends a tick whose last sample was processed elsewhere.
     #[cfg(feature = "std")]
     pub(crate) fn finished(&mut self) -> Option<Tick<T>> {
         let seen = self.ticker.finished()?;
         Some(self.decide(&seen, false))
     }
 
-    /// Samples that are still to come of the tick under way.
+    /// Number of samples that the present tick still needs.
     #[cfg(feature = "std")]
     pub(crate) fn left(&self) -> u32 {
         self.ticker.length - self.ticker.position
     }
 
-    /// True if nothing of the first second is to be learned any more.
+    /// True if learning from the first second is over.
     #[cfg(feature = "std")]
     pub(crate) fn is_settled(&self) -> bool {
         self.ticker.is_settled()
     }
 
-    /// Reset to the state before the first sample.
+    /// Resets to the state before the first sample.
     pub fn restart(&mut self) {
         let times = self.decision.times;
         self.ticker = Ticker::new(self.rate, times.tick);
@@ -242,10 +243,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 }
 
-/// A stream with a flag of the body's motion, such as that of a [`MotionDetector`].
+/// A stream with a flag of the body's motion, for example from a [`MotionDetector`].
 pub trait MotionAware: Stream {
-    /// Takes one sample of a body that is known to be `moving`, or of which nothing is known. A
-    /// stream that takes every sample for rest does so here too.
+    /// Processes one sample. If `moving`, the body is known to move; else its motion is unknown. A
+    /// stream that treats every sample as rest ignores the flag.
     #[inline]
     fn update_while(&mut self, input: Self::Input, moving: bool) -> Self::Output {
         let _ = moving;

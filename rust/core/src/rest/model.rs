@@ -1,4 +1,4 @@
-//! Model of a sensor at rest: its level, and how its ticks vary.
+//! Model of a sensor at rest: its level, and the variation of its ticks.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,10 @@ use crate::math::{Limits, Real};
 /// Averages of 4, 16 and 64 ticks.
 const SCALES: usize = 3;
 
-/// Ticks that the noise is averaged over: a minute.
+/// Time constant of the noise in ticks: a minute.
 const TIME_CONSTANT_TICKS: f64 = 240.0;
 
-/// Square over its mean that is nothing out of the way.
+/// Largest usual ratio of a square to its mean.
 const MAX_SQUARE_RATIO: f64 = 9.0;
 
 /// Variation of ticks and samples at rest.
@@ -25,7 +25,7 @@ const MAX_SQUARE_RATIO: f64 = 9.0;
 pub(super) struct Noise<T> {
     /// Mean of the ticks' variances.
     pub variance: T,
-    /// Their own variance.
+    /// Variance of the ticks' variances.
     spread: T,
     weight: T,
     /// Mean squares of the differences of successive [`Levels`].
@@ -48,7 +48,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
         }
     }
 
-    /// Deviation of a tick's level.
+    /// Standard deviation of a tick's level.
     fn deviation(&self) -> T {
         self.differences[0].simd_sqrt()
     }
@@ -59,21 +59,22 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
             return true;
         }
         let freedom = T::of(2.0) * self.variance * self.variance / self.spread.at_least(T::TINY);
-        // One of fewer samples than those that were learned from varies more.
+        // A tick with fewer samples than the learned ticks varies more.
         let few = seen.weight < T::one();
         let freedom = if few { freedom.at_most(seen.freedom()) } else { freedom };
         let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN_SIGMAS);
         seen.variance <= self.variance * bound + flips(seen.step)
     }
 
-    /// `youth` is what the averages lack, as a share of a tick's variance.
+    /// True if the differences are as at rest; `youth` is the additional variance of averages
+    /// over few ticks, as a share of a tick's variance.
     fn is_steady(&self, differences: &[T; SCALES], youth: T, step: T) -> bool {
         (0..SCALES).all(|i| {
             if differences[i] * differences[i] <= T::of(MAX_SQUARE_RATIO) * self.differences[i] {
                 return true;
             }
             let freedom = self.weights[i] / (T::of(2.0) * ticks_of::<T>(i));
-            // Student's distribution, roughly: a variance of few terms may be far too small.
+            // Approximately Student's distribution: a variance of few terms may be far too small.
             let unsure = T::one() + T::of(8.0) / (freedom + T::one());
             let square = self.differences[i] * unsure + self.differences[0] * youth;
             let limit = T::of(CERTAIN_SIGMAS) * square.simd_sqrt();
@@ -90,7 +91,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
         for i in 0..SCALES {
             let most = T::of(TIME_CONSTANT_TICKS) * ticks_of::<T>(i);
             self.weights[i] = (self.weights[i] + T::one()).at_most(most);
-            // A slow start of motion is not to widen its own bounds.
+            // A slow start of motion must not widen its own bounds.
             let likely = T::of(MAX_SQUARE_RATIO) * self.differences[i] + step * step;
             let square = (differences[i] * differences[i]).at_most(likely);
             self.differences[i] += (square - self.differences[i]) / self.weights[i];
@@ -98,12 +99,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
     }
 }
 
-/// Ticks that the level before scale `i` averages.
+/// Number of ticks averaged in the level before scale `i`.
 fn ticks_of<T: Limits + Real<Element = T>>(i: usize) -> T {
     T::of(f64::from(1 << (2 * i)))
 }
 
-/// Averages of the ticks' levels, each four times as long as the one before.
+/// Averages of the ticks' levels, each over four times as many ticks as the previous one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Levels<T> {
     averages: [T; SCALES],
@@ -115,12 +116,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
         Self { averages: [level; SCALES], ticks: T::of(f64::from(ticks.clamp(1, 64))) }
     }
 
-    /// The excess variation of averages over few ticks, as a share of a tick's variance.
+    /// Additional variance of averages over few ticks, as a share of a tick's variance.
     fn youth(&self) -> T {
         T::one() / self.ticks - T::one() / ticks_of::<T>(SCALES)
     }
 
-    /// Takes a tick's level; returns how far off each average was.
+    /// Processes a tick's level; returns the difference from each average.
     fn follow(&mut self, level: T) -> [T; SCALES] {
         let fresh = T::one() / (self.ticks + T::one());
         let mut shorter = level;
@@ -141,16 +142,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
 pub(super) struct RestModel<T> {
     pub noise: Noise<T>,
     levels: Levels<T>,
-    /// The level to come back to after motion.
+    /// Level to which the sensor returns after motion.
     reference: T,
-    /// Ticks since this rest began.
+    /// Number of ticks since this rest began.
     rested: u32,
-    /// Ticks at rest altogether.
+    /// Number of ticks at rest in total.
     pub trust: u32,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
-    /// The model of a candidate that has lasted; it is trusted as much as `trust` ticks of rest.
+    /// The model of a candidate that has lasted, with the confidence of `trust` ticks of rest.
     pub(super) fn new(candidate: &Candidate<T>, length: u32, trust: u32) -> Self {
         Self {
             noise: Noise::new(candidate, length),
@@ -161,7 +162,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
         }
     }
 
-    /// True if a tick looks like rest, which is then learned.
+    /// True if a tick looks like rest; the model then learns from it.
     pub(super) fn holds(&mut self, seen: &TickSums<T>) -> bool {
         let mut levels = self.levels;
         let mut differences = levels.follow(seen.level);
@@ -178,55 +179,55 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
         calm
     }
 
-    /// A rest begins at a level that ticks in a row have shown.
+    /// Begins a rest at the level of these ticks in a row.
     pub(super) fn resume(&mut self, level: T, ticks: u32) {
         self.levels = Levels::at(level, ticks);
         self.rested = 0;
     }
 
-    /// A rest ends; one shorter than `ticks` is no measure of the next.
+    /// Ends a rest. A rest shorter than `ticks` is no reference for the next rest.
     pub(super) fn leave(&mut self, ticks: u32) {
         if self.rested >= ticks {
             self.reference = self.levels.averages[1];
         }
     }
 
-    /// True if a tick of motion looks like the rest before.
+    /// True if a tick of motion looks like the previous rest.
     pub(super) fn is_near(&self, seen: &TickSums<T>) -> bool {
         let distance = (seen.level - self.reference).simd_abs() * seen.weight;
         let limit = T::of(MAX_TICK_SIGMAS) * self.noise.deviation() + one_step(seen.step);
         self.noise.is_quiet(seen) && distance <= limit
     }
 
-    /// True if a mean level of several ticks is that of the rest before.
+    /// True if the mean level of several ticks equals the previous rest's level.
     pub(super) fn is_level(&self, level: T, step: T) -> bool {
         self.is_near_level(self.distance(level), step)
     }
 
-    /// True if a mean level at this distance is.
+    /// True if a mean level at this distance equals the previous rest's level.
     pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
         distance <= T::of(MAX_MEAN_SIGMAS) * self.noise.deviation() + one_step(step)
     }
 
-    /// True if the levels of other ticks vary about as those of rest do.
+    /// True if the levels of other ticks vary about as much as at rest.
     pub(super) fn is_as_steady(&self, level_variance: T, step: T) -> bool {
         let limit = T::of(2.0) * self.noise.deviation() + T::of(0.5) * one_step(step);
         level_variance <= limit * limit
     }
 
-    /// From the level of the rest before.
+    /// Distance from the previous rest's level.
     pub(super) fn distance(&self, level: T) -> T {
         (level - self.reference).simd_abs()
     }
 
-    /// The level now, averaged over 64 ticks.
+    /// Present level, averaged over 64 ticks.
     pub(super) fn slow_level(&self) -> T {
         self.levels.averages[SCALES - 1]
     }
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
-    /// True if ticks can have made it.
+    /// True if ticks can have led to this state.
     pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         let levels = &self.levels;
@@ -239,7 +240,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
-    /// True if ticks whose levels lie within `most` can have made it.
+    /// True if ticks with levels within `most` can have led to this state.
     fn is_valid(&self, most: T) -> bool {
         let square = most * most;
         is_size(self.variance, square)

@@ -1,9 +1,9 @@
-//! Motion detected by an accelerometer: in the axes of a body that turns, gravity does not stand still.
+//! Motion detected by an accelerometer: in the axes of a rotating body gravity changes.
 //!
-//! Nothing is known of unit, bias or noise, and gravity itself is the measure. Means of 1, 2, 4, …,
-//! 64 successive ticks are each compared with the one before: where gravity has turned, or the body
-//! is pushed, they differ by more than the samples' noise explains. About the vertical nothing is
-//! seen of a turn, and of a slow one little before it has lasted.
+//! Unit, bias and noise are unknown, and gravity itself is the measure. Means of 1, 2, 4, …, 64
+//! successive ticks are compared with the previous means. If gravity has turned, or the body
+//! accelerates, they differ by more than the samples' noise explains. A rotation about the vertical
+//! is not detected, and a slow rotation only after some time.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,54 +14,56 @@ use crate::math::validity::{is_size, is_within};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
-/// Means of up to 64 ticks: sixteen seconds.
+/// Number of scales: means of up to 64 ticks, sixteen seconds.
 const SCALES: usize = 7;
 
-/// Part of gravity by which means differ at least where a body moves: a turn of 0.4 degrees. Cheap
+/// Smallest difference of means in motion, as a share of gravity: a rotation by 0.4 degrees. Cheap
 /// accelerometers at rest jump by a third of it.
 const MIN_TURN_SHARE: f64 = 1.0 / 150.0;
 
-/// Square of a difference over its variance that chance does not reach. The variance is that of all
-/// axes together, so even noise on one axis alone is five deviations away.
+/// Ratio of a squared difference to its variance that chance does not reach. The variance includes
+/// all axes: a difference on one axis alone is five standard deviations.
 const MIN_DIFFERENCE_RATIO: f64 = 25.0;
 
-/// Samples of a tick at most that count as independent: a sensor's filter correlates neighbours.
+/// Largest number of independent samples in a tick: a sensor's filter correlates neighbours.
 const MAX_INDEPENDENT_SAMPLES: u32 = 8;
 
-/// Variance over that of the quiet ticks above which a body that has moved shakes on.
+/// Smallest ratio of the variance to the quiet ticks' variance at which a moved body still shakes.
 const MIN_SHAKE_RATIO: f64 = 4.0;
 
-/// Ticks for which a loud one prolongs a motion.
+/// Number of ticks by which a loud tick prolongs a motion.
 const SHAKE_TICKS: u32 = 3;
 
-/// Gain of the quiet ticks' variance downwards and upwards, a tick.
+/// Gain of the quiet ticks' variance per tick, downwards and upwards.
 const VARIANCE_FALL_GAIN: f64 = 1.0 / 8.0;
 const VARIANCE_RISE_GAIN: f64 = 1.0 / 240.0;
 
-/// Largest component; squares of it are far from overflowing.
+/// Largest component; its square is far from overflow.
 const MAX_COMPONENT: f64 = 1e75;
 
-/// Tells that a body moves, from its accelerometer alone; that it does not, nobody can.
+/// Detects that a body moves, from its accelerometer alone. It cannot detect that the body is at
+/// rest.
 ///
-/// Neither the unit of the samples nor the axes that they are given in matter.
+/// The samples may have any unit and any axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MotionDetector {
     rate: f64,
     length: u32,
-    /// Ticks for which loud ones prolong a motion at most: a new noise may be an engine's.
+    /// Largest number of ticks by which loud ticks prolong a motion: a new noise may be an
+    /// engine's.
     patience: u32,
     position: u32,
     sums: Sums,
     scales: [Successive; SCALES],
-    /// Ticks that are still motion.
+    /// Number of ticks that still count as motion.
     left: u32,
-    /// Ticks since gravity was last seen to turn.
+    /// Number of ticks since gravity was last seen to turn.
     since: u32,
-    /// Variance of a sample while no motion is seen.
+    /// Variance of a sample without motion.
     quiet: Option<f64>,
 }
 
-/// Sums over the samples of a tick, about the first of them.
+/// Sums over the samples of a tick, relative to the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Sums {
     count: u32,
@@ -70,18 +72,18 @@ struct Sums {
     squares: f64,
 }
 
-/// The mean of some ticks, and its variance, that of all axes together.
+/// Mean of some ticks, and its variance over all axes together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Mean {
     level: [f64; 3],
     variance: f64,
 }
 
-/// Means of so many ticks, one after the other.
+/// Means of a number of ticks, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Successive {
     last: Option<Mean>,
-    /// The last one is the first half of a mean twice as long.
+    /// True if the last mean is the first half of a mean twice as long.
     halves: bool,
 }
 
@@ -106,7 +108,7 @@ impl MotionDetector {
         })
     }
 
-    /// True if the body moves, as far as the last tick tells.
+    /// True if the body moves in the last tick.
     pub fn is_moving(&self) -> bool {
         self.left > 0
     }
@@ -116,7 +118,7 @@ impl MotionDetector {
         self.rate
     }
 
-    /// Ends a tick; one of few samples goes on in the next.
+    /// Ends a tick; a tick with few samples continues in the next tick.
     fn end_tick(&mut self) {
         self.position = 0;
         self.left = self.left.saturating_sub(1);
@@ -130,7 +132,7 @@ impl MotionDetector {
 
     fn test(&mut self, mean: Mean, variance: f64) {
         if let Some(scale) = self.turned(mean) {
-            // What took so long to be seen may go on for as long before it is seen again.
+            // A motion that took long to detect may take as long until it is detected again.
             self.left = self.left.max((3 << scale) - 1);
             self.since = 0;
             self.scales = [Successive::NONE; SCALES];
@@ -144,7 +146,7 @@ impl MotionDetector {
         }
     }
 
-    /// The shortest scale at which gravity stands otherwise than before.
+    /// Shortest scale at which gravity has turned.
     fn turned(&mut self, tick: Mean) -> Option<usize> {
         let mut mean = tick;
         for (scale, successive) in self.scales.iter_mut().enumerate() {
@@ -159,7 +161,7 @@ impl MotionDetector {
         None
     }
 
-    /// True if a tick of a motion is louder than rest; nothing is known before a rest.
+    /// True if a tick of a motion is louder than rest; false before the first rest.
     fn shakes(&self, variance: f64) -> bool {
         self.since < self.patience
             && self.quiet.is_some_and(|quiet| variance > MIN_SHAKE_RATIO * quiet)
@@ -184,7 +186,7 @@ impl Sums {
         }
     }
 
-    /// Their mean, and the variance of a sample.
+    /// Mean of the samples, and variance of a sample.
     fn mean_and_variance(&self) -> (Mean, f64) {
         let n = f64::from(self.count);
         let above = self.sum.map(|x| x / n);
@@ -196,7 +198,7 @@ impl Sums {
 }
 
 impl Mean {
-    /// The mean of two equally long ones.
+    /// Mean of two equally long means.
     fn join(&self, next: &Self) -> Self {
         let level = core::array::from_fn(|i| 0.5 * (self.level[i] + next.level[i]));
         Self { level, variance: 0.25 * (self.variance + next.variance) }
@@ -222,7 +224,8 @@ impl Stream for MotionDetector {
     type Input = [f64; 3];
     type Output = bool;
 
-    /// Takes a sample of all axes, missing if one of them is; returns whether the body moves.
+    /// Processes a sample of all axes, missing if an axis is missing; returns true if the body
+    /// moves.
     #[inline]
     fn update(&mut self, sample: [f64; 3]) -> bool {
         if sample.iter().all(|x| x.is_finite()) {
@@ -264,9 +267,9 @@ impl Checkpoint for MotionDetector {
 }
 
 impl Sums {
-    /// True if samples can have made it, at most `position` of them in this tick.
+    /// True if samples can have led to this state, at most `position` of them in this tick.
     fn is_valid(&self, position: u32) -> bool {
-        // A few wait for those of the next tick.
+        // Some samples may wait for the next tick.
         let most = 2.0 * MAX_COMPONENT * f64::from(self.count);
         self.count < position + MIN_SAMPLES
             && is_vector(self.origin, MAX_COMPONENT)
@@ -288,7 +291,7 @@ fn is_vector(x: [f64; 3], most: f64) -> bool {
     x.iter().all(|x| is_within(*x, most))
 }
 
-/// A variance that samples within the bounds can have.
+/// True for a variance that samples within the bounds can have.
 fn is_variance(x: f64) -> bool {
     is_size(x, 24.0 * MAX_COMPONENT * MAX_COMPONENT)
 }

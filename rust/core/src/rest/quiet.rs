@@ -1,28 +1,28 @@
-//! A body that is quiet: means of ticks of its gyro and its accelerometer stand still, whatever the
-//! samples do. What rests in physical units is found by this, live and in a record.
+//! A quiet body: means of ticks of its gyro and its accelerometer are constant, for any samples.
+//! This detects rest in physical units, live and in a record.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::validity::{are_within, is_size};
 
-/// Ticks of the first direction of gravity, and share of each tick in the last.
+/// Number of ticks for the first direction of gravity, and gain of each tick in the last direction.
 pub const FIRST_DIRECTION_TICKS: f64 = 5.0;
 pub const LAST_DIRECTION_GAIN: f64 = 0.2;
 
 /// Limits of ticks' means at rest, rad/s and m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuietLimits {
-    /// Largest spread over the three axes: their standard deviation, and half of their distance
-    /// from the mean.
+    /// Largest spread of the rate over the three axes. It limits the standard deviation, and half
+    /// the distance of a tick from the mean.
     pub gyro: f64,
-    /// The same of the force.
+    /// Largest spread of the force, in the same sense.
     pub accel: f64,
     /// Largest rotation of gravity: a slow rotation about a level axis.
     pub turned: f64,
 }
 
-/// Ticks in a row whose means stand still, in the axes of the sensor.
+/// Ticks in a row with constant means, in the sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quiet {
     pub ticks: f64,
@@ -32,7 +32,7 @@ pub struct Quiet {
     /// Sums of squared distances from the means.
     gyro_squares: f64,
     accel_squares: f64,
-    /// Direction of gravity at its begin and now.
+    /// Direction of gravity at the beginning and now.
     first: Vector3<f64>,
     last: Vector3<f64>,
 }
@@ -54,7 +54,7 @@ impl Default for Quiet {
 }
 
 impl Quiet {
-    /// True if a tick's distance from the mean shows another rest or none.
+    /// True if a tick's distance from the mean means another rest, or motion.
     #[inline(always)]
     pub fn is_left(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>, limits: &QuietLimits) -> bool {
         let far = |one: &Vector3<f64>, mean: &Vector3<f64>, most: f64| {
@@ -63,7 +63,7 @@ impl Quiet {
         far(gyro, &self.gyro, limits.gyro) || far(accel, &self.accel, limits.accel)
     }
 
-    /// Takes a tick of so many seconds.
+    /// Adds a tick of this duration, s.
     #[inline(always)]
     pub fn add(&mut self, gyro: &Vector3<f64>, accel: &Vector3<f64>, span: f64) {
         self.ticks += 1.0;
@@ -100,7 +100,7 @@ impl Quiet {
         self.accel_squares / (self.ticks - 1.0).max(1.0)
     }
 
-    /// True if ticks of rates and forces within these sizes can have made it.
+    /// True if ticks of rates and forces within these sizes can have led to this state.
     pub fn is_valid(&self, rates: f64, forces: f64) -> bool {
         is_size(self.ticks, 1e15)
             && is_size(self.seconds, 2.0 * self.ticks)
@@ -111,11 +111,11 @@ impl Quiet {
     }
 }
 
-/// The longest quiet stretch of a record: first and last (exclusive) of its ticks, none of them
-/// where there is none.
+/// Returns the longest quiet stretch of a record: its first tick and its end (exclusive). They are
+/// equal if there is none.
 ///
-/// `means` are those of rate and force in each tick, rad/s and m/s², one that is not finite is
-/// missing and ends a stretch; a mean rate beyond `bias` is no rest.
+/// `means` are mean rate and force in each tick, rad/s and m/s². A mean that is not finite is
+/// missing and ends a stretch. A mean rate beyond `bias` is no rest.
 pub fn longest_quiet(means: &[[f64; 6]], limits: &QuietLimits, bias: f64) -> (usize, usize) {
     let mut longest = (0, 0);
     let (mut quiet, mut first) = (Quiet::default(), 0);
@@ -153,7 +153,7 @@ mod tests {
             0..7 => still(0.02),
             7..27 => still(0.1 * (k - 7) as f64),
             27..36 => still(0.03),
-            // A level beyond what a bias can be.
+            // A level larger than any bias.
             _ => still(0.5),
         });
         assert_eq!(longest_quiet(&means[..36], &LIMITS, 0.2), (27, 36));

@@ -1,36 +1,36 @@
-//! Samples that equal the one before, and a sensor that is stuck at one.
+//! Samples equal to the previous sample, and stuck sensors.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::{Limits, Real};
 
-/// Chance of a run of equal samples that is none.
+/// Largest probability that a working sensor gives a run that counts as stuck.
 const FALSE_RUN_PROBABILITY: f64 = 1e-9;
 
-/// Changes that tell how often there is one.
+/// Number of changes from which the probability of a repetition is known.
 const MIN_CHANGES: u32 = 32;
 
-/// Samples that are a run at least.
+/// Smallest number of samples in a run.
 const MIN_RUN: u32 = 4;
 
-/// Pairs of samples after which those before count half.
+/// Number of pairs of samples after which earlier pairs have half the weight.
 pub(super) const HALVING_PAIRS: u32 = 20_000;
 
-/// Frequency of samples that equal the one before, and length of the current run.
+/// Frequency of samples equal to the previous sample, and length of the current run.
 ///
-/// A sensor that works repeats a sample by chance: so often as its resolution is coarse compared
-/// with its noise, which is learned. A run that chance makes once in a thousand million times is a
-/// stuck sensor. One that works but is so coarse that its output stands still leaves a value by a
-/// single step; such a run was none, however long it was.
+/// A working sensor repeats a sample by chance. The frequency depends on its resolution relative to
+/// its noise, and is learned. A run with a probability below one in a thousand million is a stuck
+/// sensor. A working sensor may be so coarse that its output is constant. It then leaves a value by
+/// a single step, and the run was none, at any length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Repeats {
-    /// Equal samples in a row.
+    /// Number of equal samples in a row.
     pub(super) run: u32,
-    /// Those of them in this tick that are not yet in any sum.
+    /// Number of these samples in this tick that are not yet in a sum.
     pub(super) held: u32,
-    /// Samples of this tick that a stuck sensor gave.
+    /// Number of this tick's samples from a stuck sensor.
     pub(super) dropped: u32,
-    /// Equal samples in a row at least of a sensor that is stuck.
+    /// Smallest number of equal samples in a row of a stuck sensor.
     pub(super) limit: u32,
     pub(super) equal: u32,
     pub(super) pairs: u32,
@@ -38,32 +38,32 @@ pub(super) struct Repeats {
 
 impl Repeats {
     pub(super) fn new() -> Self {
-        // Until some have changed, even a constant output may be one of a sensor that works.
+        // Before some samples have changed, a constant output may come from a working sensor.
         Self { run: 0, held: 0, dropped: 0, limit: u32::MAX, equal: 1, pairs: 2 }
     }
 
-    /// The sample equals the one before.
+    /// Notes that the sample equals the previous sample.
     #[inline(always)]
     pub(super) fn go_on(&mut self) {
         self.run = self.run.saturating_add(1);
         self.held += 1;
     }
 
-    /// The sample differs from the one before, by one step of the sensor or more.
+    /// Notes that the sample differs from the previous sample, by one step of the sensor or more.
     #[inline(always)]
     pub(super) fn begin(&mut self, one_step: bool) {
-        // The first sample, and the first after a missing one, differ from none.
+        // The first sample, and the first after a missing sample, have no previous sample.
         self.learn(one_step, u32::from(self.run > 0));
         (self.run, self.held) = (1, 1);
     }
 
-    /// A sample is missing.
+    /// Notes that a sample is missing.
     pub(super) fn interrupt(&mut self) {
         self.learn(false, 0);
         (self.run, self.held) = (0, 0);
     }
 
-    /// Takes the samples that no sum has; none if they are of a sensor that is stuck.
+    /// Returns the number of samples that are in no sum, and zero if the sensor is stuck.
     #[inline(always)]
     pub(super) fn take(&mut self) -> u32 {
         let held = core::mem::take(&mut self.held);
@@ -79,12 +79,12 @@ impl Repeats {
         self.run >= self.limit
     }
 
-    /// True if one more equal sample is a stuck sensor's.
+    /// True if one more equal sample means a stuck sensor.
     pub(super) fn is_stuck_by_one_more(&self) -> bool {
         self.run.saturating_add(1) >= self.limit
     }
 
-    /// Ends a tick; returns how many samples of it a stuck sensor gave.
+    /// Ends a tick; returns the number of its samples from a stuck sensor.
     pub(super) fn end_tick<T: Limits + Real<Element = T>>(&mut self) -> u32 {
         if self.pairs - self.equal >= MIN_CHANGES {
             self.set_limit::<T>();
@@ -92,15 +92,15 @@ impl Repeats {
         core::mem::take(&mut self.dropped)
     }
 
-    /// Derives the limit from what is learned.
+    /// Computes the limit from the learned frequency.
     fn set_limit<T: Limits + Real<Element = T>>(&mut self) {
         if self.pairs > HALVING_PAIRS {
             (self.equal, self.pairs) = (self.equal / 2, self.pairs / 2);
         }
-        // Never zero, never one.
+        // Neither zero nor one.
         let chance = T::of(f64::from(self.equal.max(1)) / f64::from(self.pairs));
         let least: Option<f64> = (T::of(FALSE_RUN_PROBABILITY).ln() / chance.ln()).to_subset();
-        // A run has a pair less than samples.
+        // A run has one pair less than samples.
         let least = least.map_or(u32::MAX, |least| least as u32).saturating_add(2);
         self.limit = least.max(MIN_RUN);
     }
@@ -115,25 +115,25 @@ impl Repeats {
 }
 
 impl Repeats {
-    /// Samples of this tick that may turn out to be of a stuck sensor.
+    /// Number of this tick's samples that may come from a stuck sensor.
     pub(super) fn pending(&self) -> u32 {
         self.dropped.saturating_add(self.held)
     }
 
-    /// Samples of this tick that no sum has.
+    /// Number of this tick's samples that are in no sum.
     pub(super) fn held(&self) -> u32 {
         self.held
     }
 
-    /// True if samples can have made it, at most `position` of them of this tick; the last one is
-    /// `known`, or it was missing.
+    /// True if samples can have led to this state, at most `position` of them in this tick. `known`
+    /// is false if the last sample was missing.
     pub(super) fn is_valid(&self, position: u32, known: bool) -> bool {
         (self.run > 0) == known
             && self.held <= self.run.min(position)
             && self.dropped <= position
             && self.limit >= MIN_RUN
             && self.equal < self.pairs
-            // As long as there are too few changes, none of the pairs before is forgotten.
+            // While there are too few changes, no earlier pair is forgotten.
             && self.pairs <= (MIN_CHANGES + 1) * HALVING_PAIRS + position
     }
 }

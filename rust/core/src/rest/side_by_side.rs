@@ -1,8 +1,8 @@
-//! Ticks of several channels in the lanes of a SIMD register, as long as they are under way.
+//! Ticks of several channels in SIMD lanes, until a tick ends.
 //!
-//! Each step is that of one channel's [`Ticker`], its branches by masks; counts are numbers, which hold
-//! them exactly. What is rare is left to the channels themselves: no sample is taken of which one is
-//! far off.
+//! Each step equals the step of one channel's [`Ticker`], with masks as branches. Counts are
+//! floating-point numbers, which are exact. Rare cases are left to the channels: no samples are
+//! processed if one of them is far off.
 
 use core::array::from_fn;
 
@@ -16,14 +16,14 @@ use super::ticker::MAX_COARSE_STEPS;
 use super::{RestDetector, Ticker};
 use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, choose};
 
-/// One number of each of several states.
+/// One field of each of several states.
 macro_rules! each {
     ($states:ident, $($path:tt)+) => {
         Lane::load(&from_fn(|i| f64::from($states[i].$($path)+)))
     };
 }
 
-/// Tickers, one a lane.
+/// Tickers, one per lane.
 pub(crate) struct Tickers<S: Simd> {
     /// Constants of the samples.
     origin: Lane<S>,
@@ -49,7 +49,7 @@ pub(crate) struct Tickers<S: Simd> {
     taken: u32,
 }
 
-/// Sums, one a lane.
+/// Sums, one per lane.
 struct SumsEach<S: Simd> {
     count: Lane<S>,
     sum: Lane<S>,
@@ -59,7 +59,7 @@ struct SumsEach<S: Simd> {
 }
 
 impl<S: Simd> Tickers<S> {
-    /// Those of detectors that are settled.
+    /// Tickers of detectors that are settled.
     #[inline(always)]
     pub(crate) fn of(detectors: [&RestDetector<f64>; MAX_LANES]) -> Self {
         let tickers: [&Ticker<f64>; MAX_LANES] = from_fn(|i| &detectors[i].ticker);
@@ -87,7 +87,8 @@ impl<S: Simd> Tickers<S> {
         }
     }
 
-    /// Takes a finite sample of each, as long as its tick lasts; if one is far off, none.
+    /// Processes a finite sample of each channel within a tick; processes none if a sample is far
+    /// off.
     #[inline(always)]
     pub(crate) fn take(&mut self, z: Lane<S>) -> bool {
         let (repeats, stuck) = (z.simd_eq(self.previous), self.run.simd_ge(self.limit));
@@ -110,7 +111,8 @@ impl<S: Simd> Tickers<S> {
         true
     }
 
-    /// Runs of equal samples go on where a sample `repeats` the last one, and begin elsewhere.
+    /// Continues a run of equal samples if a sample `repeats` the last sample; begins a new run
+    /// otherwise.
     #[inline(always)]
     fn begin(&mut self, z: Lane<S>, repeats: Mask<S>) {
         let change = (z - self.previous).simd_abs();
@@ -129,7 +131,7 @@ impl<S: Simd> Tickers<S> {
         self.previous = choose(repeats, self.previous, z);
     }
 
-    /// Gives a detector back what is its own.
+    /// Copies a lane's state back to its detector.
     #[inline(always)]
     pub(crate) fn leave(&self, lane: usize, detector: &mut RestDetector<f64>) {
         let ticker = &mut detector.ticker;
@@ -165,7 +167,7 @@ impl<S: Simd> SumsEach<S> {
         }
     }
 
-    /// Adds so many equal distances where they count.
+    /// Adds equal distances where they count.
     #[inline(always)]
     fn add(&mut self, distance: Lane<S>, times: Lane<S>, counts: Mask<S>) {
         let weighted = distance * times;

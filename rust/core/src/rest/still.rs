@@ -1,4 +1,4 @@
-//! Limits of a sensor's rest, where they are known.
+//! Stated limits of a sensor's rest.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,14 +7,14 @@ use super::ticker::TickSums;
 use crate::math::validity::is_within;
 use crate::math::{Limits, Real};
 
-/// Ticks that have to stay within the limits: one and a half seconds.
+/// Number of ticks that must stay within the limits: one and a half seconds.
 const MIN_TICKS: usize = 6;
 
-/// Spread of their means at most, as a share of the deviation that samples may have: vibration
-/// shakes samples and averages out, turning does not.
+/// Largest spread of the means as a share of the samples' limit. Vibration shakes samples and
+/// averages out, rotation does not.
 const MAX_MEAN_SPREAD: f64 = 0.3;
 
-/// Ticks in a row that may be rest, in the unit of the samples.
+/// Ticks in a row that may be rest, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Still<T> {
     rest: Option<T>,
@@ -35,7 +35,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         }
     }
 
-    /// Takes a tick; returns whether it can be one of rest.
+    /// Adds a tick; returns true if it can be rest.
     pub(super) fn take(&mut self, seen: &TickSums<T>) -> bool {
         self.means.rotate_right(1);
         self.means[0] = seen.mean;
@@ -51,17 +51,17 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         !(loud || beyond || moves)
     }
 
-    /// True if so many ticks in a row can have been rest that it may begin.
+    /// True if enough ticks in a row can have been rest for a rest to begin.
     pub(super) fn lasts(&self) -> bool {
         self.ticks == MIN_TICKS as u32
     }
 
-    /// True if it is known how much a sensor at rest may vary.
+    /// True if a limit of the variation at rest is stated.
     pub(super) fn is_limited(&self) -> bool {
         self.rest.is_some()
     }
 
-    /// From the least to the greatest of the last means.
+    /// Difference of the largest and the smallest of the last means.
     fn spread(&self) -> T {
         let means = &self.means[..(self.ticks as usize).min(MIN_TICKS)];
         let least = means.iter().fold(T::MAX, |least, mean| least.at_most(*mean));
@@ -69,9 +69,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         greatest - least
     }
 
-    /// True if ticks can have made it of `fresh`.
+    /// True if ticks can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
-        // A mean may be off by some roundings.
+        // A mean may be wrong by some rounding errors.
         let most = T::MAX_RAW * T::of(8.0);
         (self.rest, self.bias) == (fresh.rest, fresh.bias)
             && self.means.iter().all(|mean| is_within(*mean, most))

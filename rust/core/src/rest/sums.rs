@@ -12,7 +12,7 @@ pub(super) struct Sums<T> {
     pub count: u32,
     pub(super) sum: T,
     pub(super) squares: T,
-    /// The farthest below and above.
+    /// Largest distances below and above.
     pub(super) lowest: T,
     pub(super) highest: T,
 }
@@ -23,7 +23,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         Self { count: 0, sum: zero, squares: zero, lowest: zero, highest: zero }
     }
 
-    /// Adds so many equal distances.
+    /// Adds equal distances.
     #[inline(always)]
     pub(super) fn add(&mut self, distance: T, times: u32) {
         let weighted = distance * T::of(f64::from(times));
@@ -34,7 +34,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         self.highest = distance.at_least(self.highest);
     }
 
-    /// Mean distance, zero where there is none.
+    /// Mean distance, zero without a distance.
     pub(super) fn mean(&self) -> T {
         self.sum / T::of(f64::from(self.count.max(1)))
     }
@@ -44,8 +44,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         squares.at_least(T::zero()) / T::of(f64::from(self.count.max(2) - 1))
     }
 
-    /// Mean and variance about it without the farthest: one sample far off is no motion. What is less
-    /// than `rounding` is nothing.
+    /// Mean, and variance about it, without the farthest distance: one outlier is no motion. A
+    /// value below `rounding` is zero.
     pub(super) fn without_farthest(&self, rounding: T) -> (T, T) {
         if self.count < MIN_SAMPLES {
             return (T::zero(), T::zero());
@@ -58,20 +58,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         (sum / n, variance.at_least(T::zero()))
     }
 
-    /// From the lowest to the highest, the centre included.
+    /// Range from the lowest to the highest distance, including the centre.
     pub(super) fn range(&self) -> T {
         self.highest - self.lowest
     }
 
-    /// Of two as far, one below and one above, neither: neither a sign nor rounding must change what
-    /// steps of a coarse sensor are.
+    /// The farthest distance; zero if two are equally far, one below and one above. Neither a sign
+    /// nor rounding may change the statistics of a coarse sensor.
     fn farthest(&self, rounding: T) -> T {
         let further = self.highest + self.lowest;
         let lower = choose(further < -rounding, self.lowest, T::zero());
         choose(further > rounding, self.highest, lower)
     }
 
-    /// True if at most `count` distances within `most` can have made it.
+    /// True if at most `count` distances within `most` can have led to these sums.
     pub(super) fn is_valid(&self, count: u32, most: T) -> bool {
         let own = T::of(f64::from(self.count));
         self.count <= count

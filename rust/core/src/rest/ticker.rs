@@ -9,91 +9,92 @@ use super::sums::Sums;
 use crate::math::validity::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
-/// Ticks in a row whose samples the origin or the unit swallows, and after which both are lost.
+/// Number of ticks in a row that are lost to rounding by origin or unit, after which both are
+/// learned again.
 const MAX_SWALLOWED_TICKS: u32 = 4;
 
-/// Level over the origin at most, where the origin is far from all samples; deviation and steps over
-/// the rounding of the origin at most, where little of the samples is left next to it.
+/// Limits for an origin far from all samples: ratio of level to origin, and ratio of standard
+/// deviation and steps to the rounding of the origin.
 const MAX_LEVEL_RATIO: f64 = 1e-3;
 const MAX_ROUNDING_RATIO: f64 = 16.0;
 
-/// Level and deviation over the bound at least, where the unit is far too small.
+/// Smallest ratio of level and standard deviation to the bound, if the unit is far too small.
 const MIN_BOUND_RATIO: f64 = 0.1;
 
-/// Ticks that a few samples wait for more at most: sixteen seconds.
+/// Largest number of ticks for which few samples wait for more: sixteen seconds.
 const MAX_WAIT_TICKS: u32 = 64;
 
-/// Steps at most by which a coarse output leaves a value that it has stood still at: two, whatever
-/// rounding makes of them.
+/// Largest number of steps by which a coarse output leaves a constant value: two, with a margin for
+/// rounding.
 pub(super) const MAX_COARSE_STEPS: f64 = 2.5;
 
-/// Part of a tick's distance by which the centre follows it; the whole if the sensor moves.
+/// Share of a tick's distance by which the centre follows it; in motion it follows fully.
 const CENTRE_GAIN: f64 = 0.25;
 
-/// Sums over the samples of the tick that is under way.
+/// Sums over the samples of the present tick.
 ///
-/// Samples are counted from the first one, in units of the first difference that is not zero, and
-/// summed up about the level of the ticks before, so neither an offset nor a unit costs precision.
-/// Outliers by a [`Gate`], and samples of a stuck sensor by [`Repeats`], are not
-/// in what a tick tells.
+/// Samples are relative to the first sample, in units of the first difference that is not zero, and
+/// summed about the level of the previous ticks. Neither an offset nor a unit reduces precision. A
+/// tick's statistics exclude outliers, found by a [`Gate`], and samples of a stuck sensor, found by
+/// [`Repeats`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticker<T> {
     pub(super) length: u32,
     /// NaN before the first sample.
     pub(super) origin: T,
-    /// Zero as long as all samples were equal.
+    /// Unit; zero while all samples are equal.
     pub(super) unit: T,
     pub(super) inverse: T,
     pub(super) bound: T,
-    /// In the unit of the samples; NaN after a missing one.
+    /// Previous sample in the samples' unit; NaN after a missing sample.
     pub(super) previous: T,
-    /// The smallest difference of successive samples to date that is not zero, in their unit.
+    /// Smallest difference of successive samples to date that is not zero, in their unit.
     pub(super) step: T,
-    /// Ticks in a row that origin or unit has swallowed.
+    /// Number of ticks in a row that are lost to rounding by origin or unit.
     pub(super) swallowed: u32,
     pub(super) centre: T,
     pub(super) position: u32,
     pub(super) repeats: Repeats,
     pub(super) gate: Gate<T>,
-    /// All samples, and those that the gate lets through.
+    /// Sums of all samples, and of the samples that pass the gate.
     pub(super) plain: Sums<T>,
     pub(super) kept: Sums<T>,
-    /// Ticks in a row that had too few samples for a decision.
+    /// Number of ticks in a row with too few samples for a decision.
     pub(super) waited: u32,
 }
 
-/// Relation of a sample to the run of equal ones that the one before it belongs to.
+/// Relation of a sample to the run of equal samples at the previous sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Run {
-    /// It differs from the one before, or either is missing.
+    /// It differs from the previous sample, or one of them is missing.
     Begins,
-    /// It repeats the one before, as a sensor that works may do.
+    /// It repeats the previous sample, as a working sensor may do.
     GoesOn,
-    /// So it does, and with it the run is a stuck sensor's.
+    /// It repeats the previous sample, and with it the run means a stuck sensor.
     Stuck,
 }
 
 /// One tick, in the ticker's own units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TickSums<T> {
-    /// Samples that count; none of a tick that origin or unit has swallowed, or that waits for the
-    /// next since it has too few.
+    /// Number of samples that count; zero if the tick is lost to rounding or waits for the next
+    /// tick.
     pub count: u32,
     /// Mean of the samples, in their unit.
     pub mean: T,
-    /// Deviation of the samples, in their unit.
+    /// Standard deviation of the samples, in their unit.
     pub deviation: T,
-    /// Mean of the samples without the farthest.
+    /// Mean of the samples without the farthest sample.
     pub level: T,
-    /// Their variance without the farthest, about that mean.
+    /// Variance of the samples about `level`, without the farthest sample.
     pub variance: T,
-    /// Factor from a difference from the level to the standard deviation of a full tick.
+    /// Factor from a difference from the level to the standard deviations of a full tick.
     pub weight: T,
-    /// One step of the sensor's output: no motion, however quiet it is.
+    /// One step of the sensor's output, which is never motion.
     pub step: T,
     /// Number of outliers.
     pub outliers: u32,
-    /// Samples of a sensor that is stuck.
+    /// Number of samples of a stuck sensor.
     pub stuck: u32,
 }
 
@@ -126,13 +127,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// True if nothing of the first second is to be learned any more.
+    /// True if learning from the first second is over.
     #[cfg(feature = "std")]
     pub(super) fn is_settled(&self) -> bool {
         !self.gate.learns() && self.unit != T::zero()
     }
 
-    /// Takes one sample; returns the tick that it completes.
+    /// Processes one sample; returns the tick that it completes.
     #[inline(always)]
     pub(super) fn observe(&mut self, z: T) -> Option<TickSums<T>> {
         if z.finite() {
@@ -150,7 +151,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         (self.position >= self.length).then(|| self.end())
     }
 
-    /// Sums are a sample behind: only the next tells whether its run of equal ones goes on.
+    /// Sums are one sample behind: only the next sample shows whether its run of equal samples
+    /// continues.
     #[inline(always)]
     fn take(&mut self, z: T) {
         if self.gate.learns() {
@@ -192,7 +194,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// From the centre, in the ticker's unit.
+    /// Distance from the centre, in the ticker's unit.
     #[inline(always)]
     fn distance(&self, z: T) -> T {
         ((z - self.origin) * self.inverse).within(self.bound) - self.centre
@@ -210,8 +212,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// A sample as the gate sees it before its tick is complete: within the bounds, NaN if it is far
-    /// from the level or the sensor is stuck.
+    /// A sample limited by the gate before its tick is complete; NaN if it is far from the level or
+    /// the sensor is stuck.
     pub(super) fn gate_sample(&self, z: T) -> T {
         if self.is_stuck() && z == self.previous || !z.finite() {
             return T::of(f64::NAN);
@@ -225,7 +227,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// The relation of the next sample to the run of equal ones that the last one belongs to.
+    /// Relation of the next sample to the run of equal samples at the last sample.
     pub(super) fn run_with(&self, z: T) -> Run {
         match z == self.previous {
             false => Run::Begins,
@@ -234,12 +236,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// The sensor has given the same sample for longer than chance does.
+    /// True if the sensor has given the same sample for longer than chance does.
     pub(super) fn is_stuck(&self) -> bool {
         self.repeats.is_stuck()
     }
 
-    /// Samples to date that the end of the tick may call outliers, or those of a stuck sensor.
+    /// Number of samples that may be found to be outliers, or from a stuck sensor, at the end of
+    /// the tick.
     pub(super) fn pending(&self) -> u32 {
         let waiting = self.plain.count.saturating_add(self.repeats.held());
         waiting.max(self.repeats.pending())
@@ -265,12 +268,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         TickSums { count: if self.swallowed > 0 { 0 } else { seen.count }, outliers, ..seen }
     }
 
-    /// The statistics of sums.
+    /// Statistics of sums.
     fn summarise(&self, sums: &Sums<T>) -> TickSums<T> {
         let (above, variance) = sums.without_farthest(self.rounding(sums));
         let level = self.centre + above;
         let share = T::of(f64::from(sums.count)) / T::of(f64::from(self.length));
-        // Sums of samples that are all equal are off their mean by some roundings.
+        // Sums of equal samples differ from their mean by some rounding errors.
         let rounding = T::ROUNDING * level.simd_abs();
         TickSums {
             count: sums.count,
@@ -285,28 +288,28 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// Of distances, whose centre has come through the sums of many ticks.
+    /// Rounding of distances, from a centre that is the result of many ticks.
     fn rounding(&self, sums: &Sums<T>) -> T {
         T::of(8.0) * T::ROUNDING * (self.centre.simd_abs() + sums.range())
     }
 
-    /// A rest begins whose samples have this variance.
+    /// Begins a rest with samples of this variance.
     pub(super) fn rest(&mut self, variance: T) {
         self.gate.rest(variance.simd_sqrt(), self.least_step());
     }
 
-    /// The smallest step to date, zero if there was none.
+    /// Smallest step to date, zero without a step.
     fn least_step(&self) -> T {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
     }
 
-    /// The same in the unit of the samples.
+    /// Smallest step to date in the samples' unit.
     #[cfg(feature = "std")]
     pub(super) fn resolution(&self) -> T {
         choose(self.step < T::MAX, self.step, T::zero())
     }
 
-    /// Few samples are tested with those of the next ticks.
+    /// Lets few samples wait for the samples of the next ticks.
     fn wait(&mut self) {
         self.waited += 1;
         if self.waited > MAX_WAIT_TICKS {
@@ -315,12 +318,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// True if neither origin nor unit fits the samples: their first ones were far from all others.
+    /// True if neither origin nor unit fits the samples, because the first samples were far from
+    /// all others.
     pub(super) fn is_lost(&self) -> bool {
         self.swallowed >= MAX_SWALLOWED_TICKS
     }
 
-    /// Counts ticks whose samples vanish next to the origin, or leave the range of the unit.
+    /// Counts ticks with samples that are lost to rounding next to the origin, or exceed the range
+    /// of the unit.
     fn note_swallowed(&mut self) {
         let (above, variance) = self.plain.without_farthest(self.rounding(&self.plain));
         let level = self.centre + above;
@@ -335,7 +340,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.swallowed = if far_origin || small || large { self.swallowed + 1 } else { 0 };
     }
 
-    /// The next tick, after one whose sums are used.
+    /// Begins the next tick, after a tick with these sums.
     fn begin(&mut self, used: &Sums<T>, exits: bool) {
         let step = self.least_step();
         let (above, _) = used.without_farthest(self.rounding(used));
@@ -349,17 +354,17 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     }
 }
 
-/// Largest sample in the ticker's own units: fourth powers of differences must be finite.
+/// Largest sample in the ticker's units: fourth powers of differences must be finite.
 pub(super) fn level_max<T: Limits + Real<Element = T>>() -> T {
     T::MAX_DIFFERENCE.simd_sqrt()
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
-    /// True if samples can have made it of `fresh`.
+    /// True if samples can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
-        // Raw, it must not overflow.
+        // The raw value must not overflow.
         let reach = (T::MAX_RAW * T::of(4.0) * self.inverse).at_most(self.bound);
-        // A few samples wait for those of the next ticks.
+        // Some samples wait for the samples of the next ticks.
         let most = self.position.saturating_add(self.length).saturating_add(MIN_SAMPLES);
         (self.length, self.bound) == (fresh.length, fresh.bound)
             && is_sample(self.origin, T::MAX_RAW)

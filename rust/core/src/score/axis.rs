@@ -1,4 +1,4 @@
-//! Measures of one axis while its samples pass: raw, and after each of several filters.
+//! Measures of one axis, raw and after each of several filters, while its samples arrive.
 
 use pulp::Arch;
 
@@ -8,7 +8,7 @@ use super::sums::{Moments, Sum, widened};
 use crate::error::Error;
 use crate::memory;
 
-/// Measures of one series, NaN where one means nothing.
+/// Measures of one series, NaN if undefined.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Score {
     /// Mean.
@@ -21,16 +21,16 @@ pub struct Score {
     pub error: f64,
 }
 
-/// Counts and range of all samples, measured or not.
+/// Counts and range of all samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Totals {
-    /// Samples that are NaN.
+    /// Number of samples that are NaN.
     pub missing: u64,
-    /// Samples that are finite.
+    /// Number of finite samples.
     pub present: u64,
-    /// Samples at which the filter learned.
+    /// Number of samples at which the filter learned.
     pub at_rest: u64,
-    /// Least and largest finite sample.
+    /// Smallest and largest finite sample.
     pub range: [f64; 2],
 }
 
@@ -41,10 +41,11 @@ impl Default for Totals {
     }
 }
 
-/// Measures of one axis while it passes: of the raw samples, and of each estimate of their drift.
+/// Measures of one axis, for the raw samples and each estimate of their drift, while samples
+/// arrive.
 ///
-/// They are of the samples that are present and, where rest is known, at rest. A motion is detected
-/// late: samples are held back for the delay, and those just before a motion are left out too.
+/// They use samples that are present and, if rest is known, at rest. A motion is detected late:
+/// samples are held back for the delay, and the samples just before a motion are left out.
 #[derive(Debug, Clone)]
 pub struct AxisScores {
     totals: Totals,
@@ -54,16 +55,17 @@ pub struct AxisScores {
     truth: Vec<f64>,
     moments: Vec<Moments>,
     errors: Vec<Sum>,
-    /// The first sample that was measured.
+    /// First sample that was measured.
     level: Option<f64>,
     coasting: Vec<Coasting>,
 }
 
 impl AxisScores {
-    /// For so many estimates, horizons in samples, and samples to leave out before a motion.
+    /// Measures for a number of estimates, horizons in samples, and samples to leave out before a
+    /// motion.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for such horizons.
+    /// [`Error::Memory`] if there is no memory for these horizons.
     pub fn new(estimates: usize, horizons: &[usize], delay: usize) -> Result<Self, Error> {
         let series = estimates.saturating_add(1);
         Ok(Self {
@@ -82,8 +84,8 @@ impl AxisScores {
         })
     }
 
-    /// Takes samples, flags of rest if motion is to be left out, each estimate, and the truth if it
-    /// is known: all of one length.
+    /// Processes samples, flags of rest if motion is left out, each estimate, and the truth if it
+    /// is known; all have equal length.
     pub fn take(
         &mut self,
         raw: &[f64],
@@ -107,17 +109,17 @@ impl AxisScores {
         self.measure(sure - sure % BLOCK);
     }
 
-    /// Counts samples at rest, which leaves the measures as they are.
+    /// Counts samples at rest, without an effect on the measures.
     pub fn count_rest(&mut self, at_rest: &[bool]) {
         self.totals.at_rest += at_rest.iter().map(|rest| u64::from(*rest)).sum::<u64>();
     }
 
-    /// Counts and range until now.
+    /// Counts and range to date.
     pub fn totals(&self) -> Totals {
         self.totals
     }
 
-    /// The measures of the raw samples and of each estimate; nothing more can come.
+    /// Returns the measures of the raw samples and of each estimate; no more samples may follow.
     pub fn finish(&mut self) -> Vec<Score> {
         self.measure(self.pending[0].len());
         let score = |i: usize| Score {
@@ -154,9 +156,9 @@ impl AxisScores {
         }
     }
 
-    /// Measures the first `count` samples of those held back.
+    /// Measures the first `count` of the samples held back.
     fn measure(&mut self, count: usize) {
-        // On the widest registers that the processor has; no sum changes its order for that.
+        // On the processor's widest registers; the order of each sum stays the same.
         Arch::new().dispatch(|| {
             for first in (0..count).step_by(BLOCK) {
                 self.measure_block(first, count.min(first + BLOCK));
@@ -192,13 +194,13 @@ impl AxisScores {
     }
 }
 
-/// The estimate at rest. One in motion is not held through the rest that follows: before the first
-/// rest it stands for nothing.
+/// The estimate at rest, else NaN. An estimate in motion is not held through the next rest: before
+/// the first rest it has no meaning.
 fn known((resting, x): (&bool, &f64)) -> f64 {
     if *resting { *x } else { f64::NAN }
 }
 
-/// The values at samples that are present.
+/// Values at samples that are present.
 fn present<'a>(
     raw: &[f64],
     values: impl Iterator<Item = f64>,

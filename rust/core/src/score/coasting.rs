@@ -1,4 +1,4 @@
-//! Coasting errors: the angle lost when an estimate is held over a horizon.
+//! Coasting errors: the error in angle if an estimate is held over a horizon.
 
 use std::ops::Range;
 
@@ -13,13 +13,13 @@ pub struct Block<'a> {
     z: &'a [f64],
     whole: bool,
     level: f64,
-    /// Sums of the distances from the level, from the block's first sample up to each.
+    /// Sums of the distances from the level, from the block's first sample to each sample.
     sums: [f64; BLOCK],
 }
 
 impl<'a> Block<'a> {
-    /// Of samples that are `whole` if none is missing. The `level` is taken off, so that an offset
-    /// costs no digits.
+    /// Sums of a block; `whole` if no sample is missing. The `level` is subtracted to keep the
+    /// digits with a large offset.
     #[inline(always)]
     pub fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
         let (mut sums, mut sum) = ([0.0; BLOCK], 0.0);
@@ -31,8 +31,8 @@ impl<'a> Block<'a> {
     }
 }
 
-/// Coasting errors of several series at one horizon: the angle that is lost when each estimate is
-/// held through the next `length` samples.
+/// Coasting errors of several series at one horizon: the error in angle if each estimate is held
+/// through the next `length` samples.
 #[derive(Debug, Clone)]
 pub struct Coasting {
     windows: Windows,
@@ -45,7 +45,7 @@ impl Coasting {
         Ok(Self { windows: Windows::new(length)?, held })
     }
 
-    /// Takes one block, and the estimates at the same times.
+    /// Processes one block, and the estimates at the same times.
     #[inline(always)]
     pub fn take(&mut self, block: &Block<'_>, series: &[&[f64]]) {
         let (mut angles, mut done) = ([0.0; BLOCK], 0);
@@ -68,17 +68,17 @@ impl Coasting {
     }
 }
 
-/// Sums of the last samples, each made of two parts of fixed spans: none is the small
+/// Sums over the last samples, each made of two parts of fixed spans. No sum is the small
 /// difference of two sums over the whole record.
 #[derive(Debug, Clone)]
 struct Windows {
-    /// Place in the span.
+    /// Index in the span.
     at: usize,
-    /// Up to and with each place: of this span before `at`, of the last one from there on.
+    /// Sums up to each index: of this span below `at`, of the previous span from there on.
     sums: Vec<f64>,
     before: f64,
     now: f64,
-    /// Samples without a missing one until now, counted up to the length.
+    /// Number of samples since the last missing one, limited to the length.
     present: usize,
 }
 
@@ -88,8 +88,8 @@ impl Windows {
         Ok(Self { at: 0, sums, before: 0.0, now: 0.0, present: 0 })
     }
 
-    /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
-    /// samples is missing. The samples are of one span.
+    /// Writes to `angles` the sum that ends at each sample, relative to the level; NaN if one of
+    /// its samples is missing. The samples lie in one span.
     #[inline(always)]
     fn take(&mut self, block: &Block<'_>, part: Range<usize>, angles: &mut [f64]) {
         let start = if part.start == 0 { 0.0 } else { block.sums[part.start - 1] };
@@ -121,7 +121,7 @@ impl Windows {
     }
 }
 
-/// The estimates of the last samples, and the errors of those held to date.
+/// Estimates of the last samples, and errors of the estimates held to date.
 #[derive(Debug, Clone)]
 struct Held {
     estimates: Vec<f64>,
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn no_window_spans_a_missing_sample() {
-        // The estimate at the missing sample alone is held through two that are there.
+        // Only the estimate at the missing sample is held through two present samples.
         assert_eq!(error(2, &[1.0, 1.0, f64::NAN, 1.0, 1.0], &[7.0, 1.0, 2.0, 9.0, 9.0]), 2.0);
         assert!(error(2, &[1.0; 2], &[1.0; 2]).is_nan());
     }

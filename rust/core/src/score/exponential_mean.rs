@@ -3,12 +3,12 @@
 use crate::error::Error;
 
 /// Replaces every sample by the average to date, `y += max(1/k, gain) (z - y)` at the k-th present
-/// sample: a running mean until the gain takes over, and for ever if the gain is zero.
+/// sample. It is a running mean until the gain exceeds 1/k; with a gain of zero it always is.
 ///
-/// At a missing sample the average is held; before the first present one it is NaN.
+/// At a missing sample the average is held; before the first present sample it is NaN.
 ///
 /// # Errors
-/// [`Error::Parameter`] unless the gain lies between 0 and 1.
+/// [`Error::Parameter`] if the gain is not between 0 and 1.
 pub fn exponential_mean(samples: &mut [f64], gain: f64) -> Result<(), Error> {
     if !(0.0..=1.0).contains(&gain) {
         let expected = "a number from 0 to 1";
@@ -26,7 +26,7 @@ pub fn exponential_mean(samples: &mut [f64], gain: f64) -> Result<(), Error> {
 }
 
 fn towards(mean: f64, z: f64, gain: f64) -> f64 {
-    // A difference of huge numbers overflows, and the bounds bring it back to what it stands for.
+    // A difference of huge numbers overflows, and the bounds limit the result to the correct value.
     (mean + (gain * z - gain * mean)).clamp(mean.min(z), mean.max(z))
 }
 

@@ -1,7 +1,7 @@
-//! Measures of what a filter does for an axis, and the average that it has to beat.
+//! Measures of a filter's effect on an axis, and the average as a baseline.
 //!
-//! Measures work in blocks that begin at fixed samples, so that the pieces in which a record comes
-//! do not change a digit, and no sum loses any in a long one.
+//! Measures work in blocks that begin at fixed samples. The pieces in which a record arrives do not
+//! change a digit, and no sum loses digits in a long record.
 
 #[cfg(feature = "std")]
 mod axis;
@@ -15,6 +15,6 @@ mod sums;
 pub use axis::{AxisScores, Score, Totals};
 pub use exponential_mean::exponential_mean;
 
-/// Samples that are measured together.
+/// Number of samples that are measured together.
 #[cfg(feature = "std")]
 const BLOCK: usize = 256;

@@ -1,6 +1,6 @@
-//! Sums, means and deviations whose rounding errors do not grow with their length.
+//! Sums, means and standard deviations with rounding errors that do not grow with their length.
 
-/// Sum of many numbers, with what rounding took off it (Neumaier 1974).
+/// Sum of many numbers, with the rounding errors of its additions (Neumaier 1974).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sum {
     total: f64,
@@ -19,14 +19,14 @@ impl Sum {
     }
 
     pub fn value(&self) -> f64 {
-        // What an infinite sum lost is no number.
+        // The rounding error of an infinite sum is not a number.
         if self.total.is_finite() { self.total + self.lost } else { self.total }
     }
 }
 
 const LANES: usize = 8;
 
-/// The sum of `term` over a block, several at a time.
+/// Sum of `term` over a block, several terms at a time.
 #[inline(always)]
 pub fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     let (eights, rest) = values.as_chunks::<LANES>();
@@ -40,7 +40,7 @@ pub fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// Least and largest of a block and of what was known before; NaN is neither.
+/// Smallest and largest number of a block and of earlier values; NaN is ignored.
 #[inline(always)]
 pub fn widened(known: [f64; 2], values: &[f64]) -> [f64; 2] {
     let (eights, rest) = values.as_chunks::<LANES>();
@@ -55,7 +55,8 @@ pub fn widened(known: [f64; 2], values: &[f64]) -> [f64; 2] {
     [lowest, most.iter().chain(rest).copied().fold(known[1], f64::max)]
 }
 
-/// Mean and deviation to date, merged block by block (Chan, Golub & LeVeque 1979, equation 2.1).
+/// Mean and standard deviation to date, merged block by block (Chan, Golub & LeVeque 1979, equation
+/// 2.1).
 #[derive(Debug, Clone)]
 pub struct Moments {
     count: f64,
@@ -70,7 +71,7 @@ impl Moments {
         Self { count: 0.0, mean: none, squares: none, ends }
     }
 
-    /// Takes the samples of one block.
+    /// Adds the samples of one block.
     #[inline(always)]
     pub fn take(&mut self, values: &[f64]) {
         if values.is_empty() {
@@ -87,17 +88,17 @@ impl Moments {
         self.ends = widened(self.ends, values);
     }
 
-    /// The number of samples.
+    /// Number of samples.
     pub fn count(&self) -> f64 {
         self.count
     }
 
-    /// NaN without a sample.
+    /// Mean; NaN without a sample.
     pub fn mean(&self) -> f64 {
         if self.count > 0.0 { self.mean.value() } else { f64::NAN }
     }
 
-    /// NaN without a sample, zero for equal ones whatever rounding says.
+    /// Standard deviation; NaN without a sample, exactly zero for equal samples.
     pub fn deviation(&self) -> f64 {
         match self.ends[0] == self.ends[1] && self.mean.value().is_finite() {
             true => 0.0,

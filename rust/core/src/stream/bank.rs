@@ -1,4 +1,4 @@
-//! Streams side by side, one a channel, on arrays of rows.
+//! Parallel streams, one per channel, on arrays of rows.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,14 +6,15 @@ use super::{Input, Output, Stream, Traced};
 use crate::error::Error;
 use crate::memory;
 
-/// Rows that channels sharing registers work on before the next ones: putting their states
-/// together and taking them apart costs as much as some thirty rows.
+/// Number of rows that channels with shared registers process before the next channels. Packing and
+/// unpacking of their states takes as long as about thirty rows.
 const ROWS_IN_LANES: usize = 1 << 10;
 
-/// Rows that a channel alone works on before the next one: they stay in the first-level cache.
+/// Number of rows that a single channel processes before the next channel: they stay in the
+/// first-level cache.
 const ROWS: usize = 1 << 8;
 
-/// Rows of samples and of what is returned for them, one of each a channel.
+/// Rows of samples and of their outputs, one sample per channel.
 #[derive(Debug)]
 pub struct Block<'a> {
     channels: usize,
@@ -23,7 +24,7 @@ pub struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    /// Rows of `channels` samples, and a place for each of their outputs.
+    /// Rows of `channels` samples, with room for each of their outputs.
     pub(crate) fn new(
         channels: usize,
         input: &'a [f64],
@@ -33,12 +34,12 @@ impl<'a> Block<'a> {
         Self { channels, input, numbers, flags }
     }
 
-    /// The number of rows, for streams that take `S::Input`.
+    /// Number of rows, for streams with the input `S::Input`.
     pub fn n_rows<S: Stream>(&self) -> usize {
         self.input.len() / (self.channels * S::Input::NUMBERS).max(1)
     }
 
-    /// Samples of one number and the numbers returned for them, row after row.
+    /// Samples of one number, and the numbers of their outputs, row after row.
     #[inline(always)]
     pub(crate) fn rows(&mut self) -> impl Iterator<Item = (&[f64], &mut [f64])> {
         let input = self.input.chunks_exact(self.channels);
@@ -51,20 +52,20 @@ impl<'a> Block<'a> {
         Block::new(channels, &self.input[done..], &mut self.numbers[done..], self.flags)
     }
 
-    /// The block after `rows` rows, which this one gives up.
+    /// The block after `rows` rows; it takes this block.
     pub(crate) fn skip(self, rows: usize) -> Self {
         let (channels, done) = (self.channels, rows * self.channels);
         let (_, numbers) = self.numbers.split_at_mut(done);
         Self { channels, input: &self.input[done..], numbers, flags: self.flags }
     }
 
-    /// So many rows after the first ones.
+    /// `rows` rows, beginning with row `first`.
     pub(crate) fn part(&mut self, first: usize, rows: usize) -> Block<'_> {
         let own = first * self.channels..(first + rows) * self.channels;
         Block::new(self.channels, &self.input[own.clone()], &mut self.numbers[own], self.flags)
     }
 
-    /// One column through a stream.
+    /// Processes one column by a stream.
     #[inline(always)]
     pub(crate) fn run<S: Stream>(&mut self, channel: usize, stream: &mut S) {
         let (channels, first) = (self.channels, channel * S::Input::NUMBERS);
@@ -82,7 +83,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// One stream a channel; samples come in rows of one a channel.
+/// One stream per channel; a row of samples has one sample per channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bank<S> {
     streams: Vec<S>,
@@ -92,7 +93,7 @@ impl<S: Stream + Clone> Bank<S> {
     /// `channels` streams in the state of `stream`.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for so many.
+    /// [`Error::Memory`] if there is no memory for this number of streams.
     pub fn new(stream: &S, channels: usize) -> Result<Self, Error> {
         let mut streams = memory::room(channels)?;
         for _ in 0..channels {
@@ -104,7 +105,7 @@ impl<S: Stream + Clone> Bank<S> {
     /// An independent bank in the same state.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for it.
+    /// [`Error::Memory`] if there is no memory.
     pub fn try_clone(&self) -> Result<Self, Error> {
         let mut streams = memory::room(self.streams.len())?;
         for stream in &self.streams {
@@ -115,24 +116,24 @@ impl<S: Stream + Clone> Bank<S> {
 }
 
 impl<S> Bank<S> {
-    /// These streams side by side, one a channel.
+    /// A bank of these streams, one per channel.
     pub fn of(streams: Vec<S>) -> Self {
         Self { streams }
     }
 
-    /// The streams, one a channel.
+    /// The streams, one per channel.
     pub fn streams(&self) -> &[S] {
         &self.streams
     }
 
-    /// The streams, one a channel, to step one by one.
+    /// The streams, one per channel, for single steps.
     pub fn streams_mut(&mut self) -> &mut [S] {
         &mut self.streams
     }
 }
 
 impl<S: Stream> Bank<S> {
-    /// Takes one row, one sample per channel; fills the numbers and flags of the outputs.
+    /// Processes one row, one sample per channel; writes the numbers and flags of the outputs.
     #[inline]
     pub fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         for (c, stream) in self.streams.iter_mut().enumerate() {
@@ -149,27 +150,27 @@ impl<S: Stream> Bank<S> {
         self.streams.iter().map(Stream::bytes).sum()
     }
 
-    /// Every stream back to before its first sample.
+    /// Resets every stream to the state before its first sample.
     pub fn reset(&mut self) {
         self.streams.iter_mut().for_each(Stream::reset);
     }
 }
 
 impl<S: Stream + Send> Bank<S> {
-    /// Takes rows, one after the other; fills the numbers and flags of their outputs.
+    /// Processes rows in order; writes the numbers and flags of their outputs.
     pub fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         let layout = Layout::of::<S>(self.streams.len());
         process(&mut &mut *self.streams, &layout, rows, numbers, flags);
     }
 
-    /// Takes rows; fills the numbers and flags of what each stream knows after each of them.
+    /// Processes rows; writes the numbers and flags of each stream's snapshot after each row.
     pub fn trace(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool])
     where
         S: Traced,
     {
         let layout = Layout::of::<S>(self.streams.len());
         let (n, f) = (S::Snapshot::NUMBERS, S::Snapshot::FLAGS);
-        // By the loop that fills batches: a step may be large, and is compiled no second time here.
+        // The loop for batches is used: a step may be large, and is not compiled again here.
         let mut returned = vec![0.0; layout.channels * layout.numbers];
         let mut marks = vec![false; layout.channels * layout.flags];
         let mut indices = 0..;
@@ -182,11 +183,11 @@ impl<S: Stream + Send> Bank<S> {
     }
 }
 
-/// Streams side by side of whatever kind: what cuts rows into blocks and spreads them over threads
-/// is compiled once, and not for each of some eighty kinds.
+/// Parallel streams of any type. The code that cuts rows into blocks and distributes them to
+/// threads is compiled once, not for each of about eighty types.
 trait Channels: Send {
     fn process_block(&mut self, block: &mut Block<'_>);
-    /// Those before this one, and the others.
+    /// The streams before this one, and the other streams.
     #[cfg(feature = "parallel")]
     fn halves(&mut self, first: usize) -> (Box<dyn Channels + '_>, Box<dyn Channels + '_>);
 }
@@ -203,16 +204,16 @@ impl<S: Stream + Send> Channels for &mut [S] {
     }
 }
 
-/// Numbers of a row per channel, and number of rows in one pass.
+/// Numbers per row and channel, and number of rows in one pass.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     channels: usize,
-    /// Numbers of a sample.
+    /// Numbers in a sample.
     input: usize,
-    /// Numbers and flags of an output.
+    /// Numbers and flags in an output.
     numbers: usize,
     flags: usize,
-    /// Rows that streams work on before the next ones.
+    /// Number of rows that streams process before the next rows.
     block: usize,
 }
 
@@ -255,15 +256,15 @@ mod on_threads {
     use crate::stream::Stream;
     use crate::stream::threads::{both, started_on_pool};
 
-    /// Samples that make another thread worth its while: some 100 µs of work.
+    /// Smallest number of samples for another thread: some 100 µs of work.
     const MIN_SAMPLES_PER_THREAD: usize = 1 << 15;
 
     impl<S: Stream + Send> Bank<S> {
-        /// [`process`](Self::process) with the channels spread over up to `threads` threads; the
-        /// result is the same to the last bit. No thread takes part that would not pay.
+        /// [`process`](Self::process) with the channels distributed to up to `threads` threads; the
+        /// result is bit-identical. A thread is used only if it saves time.
         ///
         /// # Errors
-        /// [`Error::Memory`] if there is none for some rows, before any was taken.
+        /// [`Error::Memory`] if there is no memory for some rows, before any row is processed.
         pub fn process_on_threads(
             &mut self,
             rows: &[f64],
@@ -296,7 +297,7 @@ mod on_threads {
         }
         let count = layout.n_rows(rows);
         let layout = Layout { block: layout.block.min(count), ..*layout };
-        // What the threads will ask for together.
+        // Memory that all threads need.
         let numbers_a_row = channels * (layout.input + layout.numbers + layout.flags);
         drop(memory::room::<f64>(layout.block.saturating_mul(numbers_a_row))?);
         let part = Part {
@@ -316,7 +317,7 @@ mod on_threads {
         Ok(())
     }
 
-    /// The rows of an array as columns of a view, which can be cut along the rows.
+    /// The rows of an array as columns of a view, which can be split along the rows.
     type Columns<'a, T> = MatrixViewMut<'a, T, Dyn, Dyn, U1, Dyn>;
 
     fn columns<T: Scalar>(elements: &mut [T], width: usize, rows: usize) -> Columns<'_, T> {
@@ -324,22 +325,22 @@ mod on_threads {
         MatrixViewMut::from_slice_with_strides_generic(elements, width, rows, U1, width)
     }
 
-    /// The part of each row that some channels have.
+    /// The part of each row that belongs to some channels.
     struct Part<'a> {
-        /// Whole rows of samples, those of other channels included.
+        /// Whole rows of samples, including other channels.
         rows: &'a [f64],
         /// Numbers in a row of samples.
         width: usize,
-        /// Place of the first own number in it.
+        /// Index of the first own number in a row.
         first: usize,
         numbers: Columns<'a, f64>,
         flags: Columns<'a, bool>,
-        /// Of these channels.
+        /// Layout of these channels.
         layout: Layout,
     }
 
     impl Part<'_> {
-        /// `share` channels a task.
+        /// Distributes `share` channels per task.
         fn spread(mut self, streams: &mut dyn Channels, share: usize) {
             let channels = self.layout.channels;
             if channels <= share {
@@ -384,7 +385,7 @@ mod on_threads {
             )
         }
 
-        /// Block by block through buffers that stay in the cache of this thread.
+        /// Processes block by block through buffers that stay in the cache of this thread.
         fn process(mut self, streams: &mut dyn Channels) {
             let Layout { channels, block: length, .. } = self.layout;
             let own = channels * self.layout.input;

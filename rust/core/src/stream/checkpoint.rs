@@ -1,7 +1,7 @@
 //! The state of a stream as bytes: signature, version of this layout, tag and version of the type,
-//! its sizes, length, content in postcard's format, CRC-32 of all before it.
+//! its sizes, length, content in postcard's format, and CRC-32 of all of these.
 //!
-//! Each type has a version of its own, so a change in one leaves what others have saved valid.
+//! Each type has its own version: a change in one type leaves saved states of other types valid.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 
 const SIGNATURE: [u8; 4] = *b"ZRTE";
-/// Version of the layout, not of what any type saves.
+/// Version of the layout, not of a type's content.
 const LAYOUT: u16 = 3;
 const TAG: usize = 16;
 const HEADER: usize = 30;
@@ -19,35 +19,35 @@ const CHECKSUM: usize = 4;
 
 /// A type whose state can be saved and restored.
 pub trait Checkpoint: Serialize + DeserializeOwned {
-    /// Names the type in its bytes: up to 16 characters of ASCII, never changed.
+    /// Name of the type in its bytes: up to 16 ASCII characters, never changed.
     const TAG: &'static str;
-    /// Changes whenever what the type saves does.
+    /// Version of the type's content; it changes with the content.
     const VERSION: u16;
-    /// Sizes that make types of their own of one name, such as the orders of a model.
+    /// Sizes that distinguish types of one name, for example the orders of a model.
     const SIZES: [u8; 2] = [0; 2];
 
-    /// Reads a state off the start of `bytes`, as postcard wrote it; a type that needs much memory
-    /// does so without asking for more than there are bytes.
+    /// Reads a state from the start of `bytes`, in postcard's format. A type that needs much memory
+    /// never allocates more than `bytes` can fill.
     ///
     /// # Errors
-    /// [`Error::Content`] if they are none, [`Error::Memory`] if there is none for it.
+    /// [`Error::Content`] if the bytes are no such state, [`Error::Memory`] if there is no memory.
     fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
         decode(bytes)
     }
 
-    /// True if a state that was read can be one of this type: every number, count and choice is one
-    /// that samples can lead to, so that what follows is as finite as after these samples.
+    /// True if a restored state is possible in this type: samples can lead to every number, count
+    /// and choice in it. All later results are then finite.
     fn is_valid(&self) -> bool;
 
-    /// Return a valid state that was read, with the memory that its steps need.
+    /// Returns a valid restored state, with the memory that its steps need.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none.
+    /// [`Error::Memory`] if there is no memory.
     fn with_reserve(self) -> Result<Self, Error> {
         Ok(self)
     }
 
-    /// True if another one can be the next channel to this one.
+    /// True if another state can be a channel of the same bank.
     fn is_like(&self, _other: &Self) -> bool {
         true
     }
@@ -59,12 +59,12 @@ pub struct Label {
     tag: [u8; TAG],
     /// Version of the type.
     pub version: u16,
-    /// Its sizes, zero where it has none.
+    /// Sizes of the type, zero without sizes.
     pub sizes: [u8; 2],
 }
 
 impl Label {
-    /// That of a type.
+    /// Label of a type.
     pub const fn of<S: Checkpoint>() -> Self {
         let name = S::TAG.as_bytes();
         assert!(name.len() <= TAG && S::TAG.is_ascii(), "a tag is up to 16 characters of ASCII");
@@ -77,7 +77,7 @@ impl Label {
         Self { tag, version: S::VERSION, sizes: S::SIZES }
     }
 
-    /// The name of the type.
+    /// Name of the type.
     pub fn tag(&self) -> &str {
         let end = self.tag.iter().position(|byte| *byte == 0).unwrap_or(TAG);
         core::str::from_utf8(&self.tag[..end]).unwrap_or("something unknown")
@@ -94,10 +94,10 @@ impl fmt::Display for Label {
     }
 }
 
-/// Writes a state into `buffer`; returns the part used.
+/// Writes a state into `buffer`; returns the used part.
 ///
 /// # Errors
-/// [`Error::Buffer`] if it is too small.
+/// [`Error::Buffer`] if the buffer is too small.
 pub fn write<'a, S: Checkpoint>(state: &S, buffer: &'a mut [u8]) -> Result<&'a mut [u8], Error> {
     write_content(const { Label::of::<S>() }, state, buffer)
 }
@@ -128,10 +128,10 @@ fn header(label: Label, length: usize) -> [u8; HEADER] {
     header
 }
 
-/// The state that [`write()`] wrote.
+/// Reads a state from bytes of [`write()`].
 ///
 /// # Errors
-/// Every variant of [`Error`] that speaks of a checkpoint.
+/// Every variant of [`Error`] on checkpoints.
 pub fn read<S: Checkpoint>(bytes: &[u8]) -> Result<S, Error> {
     match decode_valid(content(const { Label::of::<S>() }, bytes)?)? {
         (state, []) => Ok(state),
@@ -139,13 +139,13 @@ pub fn read<S: Checkpoint>(bytes: &[u8]) -> Result<S, Error> {
     }
 }
 
-/// A state off the start of a content.
+/// Reads a valid state from the start of a content.
 fn decode_valid<S: Checkpoint>(content: &[u8]) -> Result<(S, &[u8]), Error> {
     let (state, rest) = S::take(content)?;
     if state.is_valid() { Ok((state.with_reserve()?, rest)) } else { Err(Error::Content) }
 }
 
-/// The content between header and checksum of a checkpoint of this type.
+/// Content between header and checksum of a checkpoint of this type.
 fn content(expected: Label, bytes: &[u8]) -> Result<&[u8], Error> {
     let found = label(bytes)?;
     match found == expected {
@@ -159,7 +159,7 @@ pub(crate) fn decode<'a, C: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(C, &'a 
     postcard::take_from_bytes(bytes).map_err(|_| Error::Content)
 }
 
-/// The label of these bytes, if they are a whole and undamaged checkpoint.
+/// Label of the bytes, if they are a complete and undamaged checkpoint.
 ///
 /// # Errors
 /// [`Error::NotACheckpoint`], [`Error::Layout`], [`Error::Length`] or [`Error::Checksum`].
@@ -200,8 +200,8 @@ mod banks {
     /// Saves a bank of `channels` channels, or of a single signal for `None`, in a vector.
     ///
     /// # Errors
-    /// [`Error::Content`] if the state cannot be written, or [`Error::Memory`] if there is none for
-    /// it.
+    /// [`Error::Content`] if the state cannot be written, or [`Error::Memory`] if there is no
+    /// memory.
     pub fn save<S: Checkpoint>(channels: Option<usize>, bank: &Bank<S>) -> Result<Vec<u8>, Error> {
         let bytes = Growing(memory::filled(0, HEADER)?);
         let bytes = postcard::serialize_with_flavor(&(channels, bank), bytes)
@@ -209,10 +209,10 @@ mod banks {
         labelled(const { Label::of::<S>() }, bytes)
     }
 
-    /// A content after room for the header, made a checkpoint.
+    /// Makes a checkpoint of a content with room for the header before it.
     fn labelled(label: Label, mut bytes: Vec<u8>) -> Result<Vec<u8>, Error> {
         let length = bytes.len() + CHECKSUM;
-        // The header has four bytes for it.
+        // The header has four bytes for the length.
         if u32::try_from(length).is_err() {
             return Err(Error::Content);
         }
@@ -222,7 +222,7 @@ mod banks {
         Ok(bytes)
     }
 
-    /// Bytes as far as there is memory.
+    /// Bytes that grow while there is memory.
     struct Growing(Vec<u8>);
 
     impl Flavor for Growing {
@@ -244,10 +244,10 @@ mod banks {
         }
     }
 
-    /// The bank that [`save`] wrote, and its channels.
+    /// Returns the channels and the bank from bytes of [`save`].
     ///
     /// # Errors
-    /// Every variant of [`Error`] that speaks of a checkpoint, or [`Error::Memory`].
+    /// Every variant of [`Error`] on checkpoints, or [`Error::Memory`].
     pub fn restore<S: Checkpoint>(bytes: &[u8]) -> Result<(Option<usize>, Bank<S>), Error> {
         let (channels, mut content) = channels(const { Label::of::<S>() }, bytes)?;
         let mut streams = Vec::new();
@@ -266,7 +266,7 @@ mod banks {
         }
     }
 
-    /// The channels of a bank of this label, and its streams.
+    /// Channels of a bank with this label, and the bytes of its streams.
     fn channels(label: Label, bytes: &[u8]) -> Result<(Option<usize>, &[u8]), Error> {
         let ((channels, count), streams) =
             decode::<(Option<usize>, usize)>(content(label, bytes)?)?;

@@ -1,9 +1,9 @@
-//! The contract of everything that takes samples one by one, and what follows from it: batches,
-//! channels side by side, threads, traces, checkpoints.
+//! The interface of everything that processes samples one by one, and the features that follow from
+//! it: batches, parallel channels, threads, traces and checkpoints.
 //!
-//! A [`Stream`] says what it takes, what it returns and how one sample changes it. The rest comes
-//! from here: [`Stream::process`] is a loop over [`Stream::update`], a [`Bank`] holds one stream a
-//! channel and works on arrays, with threads if asked, and [`checkpoint`] saves any of them.
+//! A [`Stream`] defines its input, its output and the effect of one sample. [`Stream::process`] is
+//! a loop over [`Stream::update`]. A [`Bank`] has one stream per channel and processes arrays, with
+//! threads on request. [`checkpoint`] saves any stream.
 
 #[cfg(feature = "std")]
 mod bank;
@@ -30,23 +30,23 @@ pub(crate) use sketch::Sketch;
 pub use threads::on_pool;
 pub(crate) use watch::Watch;
 
-/// Something that takes samples one by one and returns something for each.
+/// Processes samples one by one and returns an output for each.
 pub trait Stream: Sized {
-    /// Its input: a number, a vector, several of them.
+    /// Input for one sample: a number, a vector, or several of them.
     type Input: Input;
-    /// Its output for each: numbers and flags, or nothing.
+    /// Output for one sample: numbers and flags, or nothing.
     type Output: Output;
 
-    /// Takes one sample: constant work, no allocation, no panic.
+    /// Processes one sample in constant time, without allocation or panic.
     fn update(&mut self, input: Self::Input) -> Self::Output;
 
-    /// Back to the state before the first sample, with the same parameters.
+    /// Resets to the state before the first sample, with the same parameters.
     fn reset(&mut self);
 
     /// An independent stream in the same state.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for it.
+    /// [`Error::Memory`] if there is no memory.
     #[cfg(feature = "std")]
     fn try_clone(&self) -> Result<Self, Error>
     where
@@ -55,14 +55,14 @@ pub trait Stream: Sized {
         Ok(self.clone())
     }
 
-    /// Bytes of its state.
+    /// Bytes of the stream's state.
     #[cfg(feature = "std")]
     fn bytes(&self) -> usize {
         size_of::<Self>()
     }
 
-    /// Hands each input's output to `put`, equal to the last bit to calling
-    /// [`update`](Self::update) sample by sample.
+    /// Gives the output of each input to `put`; results are bit-identical to
+    /// [`update`](Self::update) for each sample.
     #[inline]
     fn run(
         &mut self,
@@ -74,7 +74,7 @@ pub trait Stream: Sized {
         }
     }
 
-    /// Fills `outputs`, one for each of as many `inputs`.
+    /// Writes `outputs`, one for each of as many `inputs`.
     fn process(&mut self, inputs: &[Self::Input], outputs: &mut [Self::Output]) {
         let mut outputs = outputs.iter_mut();
         self.run(inputs.iter().copied().take(outputs.len()), |output| {
@@ -84,14 +84,15 @@ pub trait Stream: Sized {
         });
     }
 
-    /// The number of channels that take hardly longer than one, because they share SIMD registers.
+    /// Number of channels that take hardly longer than one channel, because they share SIMD
+    /// registers.
     #[cfg(feature = "std")]
     fn lane_count() -> usize {
         1
     }
 
-    /// Fills a block of rows with one stream a channel, equal to the last bit to each stream alone
-    /// on its own column.
+    /// Processes a block of rows with one stream per channel; results are bit-identical to each
+    /// stream alone.
     #[cfg(feature = "std")]
     fn process_block(streams: &mut [Self], block: &mut Block<'_>) {
         for (channel, stream) in streams.iter_mut().enumerate() {
@@ -99,16 +100,16 @@ pub trait Stream: Sized {
         }
     }
 
-    /// Fills one column of a block.
+    /// Processes one column of a block.
     #[cfg(feature = "std")]
     fn process_column(&mut self, channel: usize, block: &mut Block<'_>) {
         block.run(channel, self);
     }
 }
 
-/// A stream that can tell everything that it knows.
+/// A stream that can return all its estimates.
 pub trait Traced: Stream {
-    /// All that is known, as numbers and flags.
+    /// All estimates, as numbers and flags.
     type Snapshot: Output;
 
     /// All estimates after the last sample.

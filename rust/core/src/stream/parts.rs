@@ -1,10 +1,10 @@
-//! Records of several fields, taken apart into one list a field.
+//! Records of several fields, separated into one list per field.
 
 use super::sample::{Field, Shape, sizes};
 use crate::error::Error;
 use crate::memory;
 
-/// The fields of records, apart from each other.
+/// The fields of records, each in its own list.
 #[derive(Debug)]
 pub struct Parts {
     fields: &'static [Field],
@@ -14,20 +14,20 @@ pub struct Parts {
 /// One field of every record.
 #[derive(Debug)]
 pub enum Values {
-    /// Of a field of numbers, record after record.
+    /// Numbers of a field, record after record.
     Numbers(Vec<f64>),
-    /// Of a flag.
+    /// Values of a flag.
     Flags(Vec<bool>),
 }
 
-/// Rows of which the records are taken apart before the next ones: they stay in the cache.
+/// Number of rows whose records are separated before the next rows: they stay in the cache.
 const ROWS: usize = 128;
 
 impl Parts {
-    /// Nothing yet, with room for so many records.
+    /// Empty lists with room for this number of records.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for them.
+    /// [`Error::Memory`] if there is no memory.
     pub fn new(fields: &'static [Field], records: usize) -> Result<Self, Error> {
         let values = |field: &Field| {
             Ok(match field.shape {
@@ -38,10 +38,10 @@ impl Parts {
         Ok(Self { fields, values: fields.iter().map(values).collect::<Result<_, _>>()? })
     }
 
-    /// Takes apart the records that `work` makes of rows, `channels` a row of `width` numbers.
+    /// Separates the records that `work` makes from rows of `channels` times `width` numbers.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for a few of the records, before `work` has begun.
+    /// [`Error::Memory`] if there is no memory for some records, before `work` has begun.
     pub fn add_rows(
         &mut self,
         channels: usize,
@@ -63,7 +63,7 @@ impl Parts {
         Ok(())
     }
 
-    /// Takes apart more records.
+    /// Adds more records.
     pub fn add(&mut self, numbers: &[f64], flags: &[bool]) {
         let (n, f) = sizes(self.fields);
         let (mut number, mut flag) = (0, 0);
@@ -93,7 +93,7 @@ impl Parts {
         }
     }
 
-    /// The fields with what was gathered of each.
+    /// The fields with their values.
     pub fn into_fields(self) -> impl Iterator<Item = (&'static Field, Values)> {
         self.fields.iter().zip(self.values)
     }

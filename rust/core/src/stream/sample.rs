@@ -1,11 +1,11 @@
-//! Samples as they stand in arrays: what a stream takes and what it returns.
+//! Samples in arrays: inputs and outputs of a stream.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::math::{Limits, Real};
 
-/// A number that streams are made of: `f32` or `f64`.
+/// Number type of streams: `f32` or `f64`.
 pub trait Number:
     Limits
     + Real<Element = Self, SimdBool = bool>
@@ -25,16 +25,16 @@ impl Number for f64 {}
 pub enum Shape {
     /// One number.
     Number,
-    /// So many numbers.
+    /// A vector of this length.
     Vector(usize),
-    /// A square matrix of so many rows and columns.
+    /// A square matrix with this number of rows.
     Matrix(usize),
     /// True or false.
     Flag,
 }
 
 impl Shape {
-    /// The count of its numbers; a flag has none.
+    /// Count of the field's numbers; a flag has none.
     pub const fn numbers(self) -> usize {
         match self {
             Self::Number => 1,
@@ -45,38 +45,38 @@ impl Shape {
     }
 }
 
-/// A named part of an output. Numbers and flags stand in the order of the fields.
+/// A named part of an output. Numbers and flags are in the order of the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Field {
-    /// Its name; empty where the output is this one field.
+    /// Name of the field; empty if the output has only this field.
     pub name: &'static str,
-    /// Its shape.
+    /// Shape of the field.
     pub shape: Shape,
 }
 
-/// Input of a stream for one sample: so many numbers, NaN where one is missing.
+/// Input of a stream for one sample: a fixed count of numbers, NaN for a missing number.
 pub trait Input: Copy {
-    /// Count of its numbers.
+    /// Count of the input's numbers.
     const NUMBERS: usize;
 
-    /// The sample that these numbers are.
+    /// Reads a sample from its numbers.
     fn read(numbers: &[f64]) -> Self;
 }
 
 /// Output of a stream for one sample: numbers and flags.
 pub trait Output: Copy {
-    /// Its parts.
+    /// Parts of the output.
     const FIELDS: &'static [Field];
-    /// Count of its numbers.
+    /// Count of the output's numbers.
     const NUMBERS: usize = sizes(Self::FIELDS).0;
-    /// Count of its flags.
+    /// Count of the output's flags.
     const FLAGS: usize = sizes(Self::FIELDS).1;
 
-    /// Puts the numbers and the flags where they belong.
+    /// Writes the numbers and flags.
     fn write(self, numbers: &mut [f64], flags: &mut [bool]);
 }
 
-/// Numbers and flags of a record of these fields.
+/// Counts of numbers and flags in a record of these fields.
 pub const fn sizes(fields: &[Field]) -> (usize, usize) {
     let (mut numbers, mut flags, mut i) = (0, 0, 0);
     while i < fields.len() {

@@ -1,4 +1,4 @@
-//! Offset and scale of a signal, learned from its own first samples: no filter needs a unit.
+//! Offset and scale of a signal, learned from its first samples: no filter needs a unit.
 
 mod validity;
 
@@ -9,32 +9,33 @@ use super::sketch::Sketch;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose};
 
-/// Fewest samples that can tell a deviation.
+/// Smallest number of samples for a standard deviation.
 const MIN_WINDOW: u64 = 2;
 
-/// Fewest samples of which a median says more than their mean.
+/// Smallest number of samples for which a median is better than a mean.
 const MIN_MEDIAN_SAMPLES: usize = 8;
 
-/// Variance of a mean of normal variables over that of their median.
+/// Variance of a mean of normal variables over the variance of their median.
 const MEDIAN_EFFICIENCY: f64 = core::f64::consts::FRAC_2_PI;
 
-/// Deviation over that of the median distance, beyond which a few samples have spoilt it; a
-/// thousandth below which its unit has: no distribution of a sensor comes near to either.
+/// Ratio of the standard deviation to its estimate from the median distance beyond which a few
+/// samples have spoilt it. A thousandth of that estimate is the lower limit of the unit. No
+/// distribution of a sensor comes near these limits.
 const MAX_DEVIATION_RATIO: f64 = 4.0;
 const MIN_DEVIATION_RATIO: f64 = 1e-3;
 
-/// Running mean and variance of the first samples, or, where a few of these are far from all
-/// others, median and median distance.
+/// Running mean and variance of the first samples; median and median distance if a few samples are
+/// far from the others.
 ///
-/// They are counted from the first sample in units of the first difference that is not zero, so
-/// neither a large offset nor a small unit costs precision.
+/// Samples are relative to the first sample, in units of the first difference that is not zero.
+/// Neither a large offset nor a small unit reduces precision.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Startup<T> {
     window: u64,
     known_scale: Option<T>,
     samples: u64,
     origin: T,
-    /// Zero as long as all samples were equal.
+    /// Unit; zero while all samples were equal.
     unit: T,
     mean: T,
     sum_of_squares: T,
@@ -43,8 +44,8 @@ pub struct Startup<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
-    /// Waits for `window` samples that are not all equal, or only for `window` samples if the
-    /// scale is known.
+    /// Waits for `window` samples that are not all equal, or for any `window` samples if the scale
+    /// is known.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the window is shorter than two samples.
@@ -60,7 +61,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         Ok(Self {
             window,
             known_scale: known_scale.map(|scale| match T::of(scale) {
-                // It is positive, which its number need not be.
+                // The scale is positive, but may be zero in this number type.
                 none if none == T::zero() => T::TINY,
                 scale => scale.at_most(T::MAX),
             }),
@@ -74,7 +75,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         })
     }
 
-    /// Takes one sample; returns it in the start-up's own units, NaN if it is missing.
+    /// Processes one sample; returns it in the start-up's units, NaN if it is missing.
     pub fn observe(&mut self, z: T) -> T {
         if !z.finite() {
             return T::of(f64::NAN);
@@ -98,7 +99,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         y
     }
 
-    /// The scaling learned, once the window is full.
+    /// Learned scaling, once the window is full.
     pub fn finished(&self) -> Option<Scaling<T>> {
         let deviation = match self.known_scale {
             Some(scale) => scale,
@@ -126,8 +127,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         }
     }
 
-    /// Median and deviation from it, where a few samples far from all others have spoilt mean and
-    /// variance.
+    /// Median and standard deviation from it, if a few samples far from the others have spoilt mean
+    /// and variance.
     fn typical(&self) -> Option<(T, T)> {
         if self.sketch.held() < MIN_MEDIAN_SAMPLES {
             return None;
@@ -138,7 +139,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         (spoilt && typical > T::zero()).then(|| (self.sketch.median(), typical))
     }
 
-    /// The raw size of a variance in the start-up's own units.
+    /// Raw size of a variance in the start-up's units.
     pub(crate) fn raw_variance(&self, v: T) -> T {
         (v * self.unit * self.unit).at_most(T::MAX_RAW)
     }
@@ -148,12 +149,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         choose(z.finite(), z.within(T::MAX_RAW) - self.mean(), T::zero())
     }
 
-    /// Samples that were not missing.
+    /// Number of samples that were not missing.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Samples whose mean would be as exact as this one.
+    /// Number of samples whose mean would be as precise as this mean or median.
     pub(crate) fn worth(&self) -> T {
         match self.typical() {
             Some(_) => T::of(self.sketch.held() as f64 * MEDIAN_EFFICIENCY),
@@ -161,8 +162,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         }
     }
 
-    /// Mean and deviation in the start-up's own units, and a bound of all normalised samples; none
-    /// where a few samples have spoilt them.
+    /// Mean and standard deviation in the start-up's units, and a bound of all normalised samples;
+    /// `None` if a few samples have spoilt them.
     pub(crate) fn own_scaling(&self) -> Option<(T, T, T)> {
         let deviation = match self.known_scale {
             Some(_) => T::one(),
@@ -172,7 +173,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         self.typical().is_none().then_some((self.mean, deviation, peak))
     }
 
-    /// Reset to the state before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         let zero = T::zero();
         *self = Self {
@@ -202,7 +203,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     }
 }
 
-/// Between raw samples and samples of about zero mean and unit deviation.
+/// Conversion between raw samples and samples with a mean of about zero and a standard deviation of
+/// one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scaling<T> {
     offset: T,
@@ -239,7 +241,7 @@ impl<T: Real> Scaling<T> {
         self.offset + self.scale * y
     }
 
-    /// The raw size of a normalised difference, limited to what the type can hold.
+    /// Raw size of a normalised difference, limited to the range of the type.
     #[inline(always)]
     pub fn raw_difference(&self, y: T) -> T {
         (self.scale * y).within(Self::raw_max())
@@ -251,14 +253,14 @@ impl<T: Real> Scaling<T> {
         (y * self.inverse).within(T::limit(<T::Element as Limits>::MAX_INPUT))
     }
 
-    /// The raw size of a normalised variance, limited to what the type can hold.
+    /// Raw size of a normalised variance, limited to the range of the type.
     #[inline(always)]
     pub fn raw_variance(&self, v: T) -> T {
         (v * self.scale * self.scale).within(Self::raw_max())
     }
 
-    /// The raw size of a normalised covariance, as a whole limited to what the type can hold: zero
-    /// where its digits would be lost, and with them that it is semidefinite.
+    /// Raw size of a normalised covariance, limited as a whole to the range of the type. It is zero
+    /// if its digits would be lost, since it would no longer be semidefinite.
     pub(crate) fn raw_covariance<const N: usize>(
         &self,
         covariance: &Symmetric<T, N>,
@@ -269,7 +271,7 @@ impl<T: Real> Scaling<T> {
         covariance.to_matrix() * choose(whole, size, T::zero())
     }
 
-    /// `[φ, θ, c]` of the raw signal: only the constant has a unit, and moves with the offset.
+    /// `[φ, θ, c]` of the raw signal: only the constant has a unit and depends on the offset.
     pub(crate) fn raw_coefficients<const N: usize, const M: usize>(
         &self,
         normalised: &SVector<T, M>,
@@ -283,7 +285,7 @@ impl<T: Real> Scaling<T> {
         raw
     }
 
-    /// The deviation of the start-up window.
+    /// Standard deviation of the start-up window.
     pub fn scale(&self) -> T {
         self.scale
     }

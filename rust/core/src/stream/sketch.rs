@@ -1,25 +1,25 @@
-//! Median of a stream, and the median distance from it, whatever a few of its samples are.
+//! Median of a stream, and median distance from it, robust to a few samples.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::validity::is_within;
 use crate::math::{Limits, Real};
 
-/// Samples that are kept at most.
+/// Largest number of samples that are kept.
 const CAPACITY: usize = 32;
 
-/// Deviation of a normal variable over its median distance from the median.
+/// Standard deviation of a normal variable over its median distance from the median.
 const SIGMA_PER_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
 
-/// Up to 32 samples of a stream, evenly spaced in time until there is no more room and then in rank.
+/// Up to 32 samples of a stream: evenly spaced in time until there is no more room, then in rank.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sketch<T> {
-    /// In rising order.
+    /// Samples in rising order.
     sorted: [T; CAPACITY],
     held: u32,
-    /// One sample in so many is kept.
+    /// One of this number of samples is kept.
     stride: u64,
-    /// Samples to pass over before the next one that is kept.
+    /// Number of samples to skip before the next kept sample.
     passing: u64,
 }
 
@@ -28,7 +28,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         Self { sorted: [T::zero(); CAPACITY], held: 0, stride: 1, passing: 0 }
     }
 
-    /// Takes a finite sample.
+    /// Adds a finite sample.
     pub(crate) fn insert(&mut self, z: T) {
         if self.passing > 0 {
             self.passing -= 1;
@@ -47,12 +47,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         self.passing = self.stride - 1;
     }
 
-    /// Samples that are kept.
+    /// Number of kept samples.
     pub(crate) fn held(&self) -> usize {
         (self.held as usize).min(CAPACITY)
     }
 
-    /// The median, zero before the first sample.
+    /// Median, zero before the first sample.
     pub(crate) fn median(&self) -> T {
         match self.held() {
             0 => T::zero(),
@@ -60,8 +60,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         }
     }
 
-    /// The deviation that a normal variable of this median distance from its median has. Where most
-    /// samples are equal, the least distance that is not zero: a step of the sensor.
+    /// Standard deviation of a normal variable with this median distance from its median. If most
+    /// samples are equal, it is the smallest distance that is not zero: a step of the sensor.
     pub(crate) fn deviation(&self) -> T {
         let (centre, held) = (self.median(), self.held());
         let (mut below, mut above) = (held / 2, held / 2);
@@ -85,7 +85,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         distance
     }
 
-    /// True if samples can have made it.
+    /// True if samples can have led to this state.
     pub(crate) fn is_valid(&self) -> bool {
         let kept = &self.sorted[..self.held()];
         self.held as usize == self.held()
@@ -95,8 +95,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
             && self.passing < self.stride
     }
 
-    /// Keeps every second sample in rank, of each pair the one nearer to the median: a sign must
-    /// change nothing.
+    /// Keeps every second sample in rank: of each pair the sample nearer to the median. A change of
+    /// all signs has no effect.
     fn thin(&mut self) {
         const HALF: usize = CAPACITY / 2;
         for i in 0..HALF {

@@ -1,4 +1,4 @@
-//! The threads that all work is spread over: one pool a process, and a new one after a fork.
+//! The threads for all work: one pool per process, and a new pool after a fork.
 
 use std::process;
 use std::sync::OnceLock;
@@ -7,10 +7,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::work::Current;
 
-/// A pool and the process whose threads it has; after it the pools of processes forked from it.
+/// A pool and the process of its threads; then the pools of processes forked from it.
 #[derive(Debug)]
 struct Pools {
-    /// No pool where the system refuses threads.
+    /// `None` for a pool if the system refuses threads.
     first: OnceLock<(u32, Option<ThreadPool>)>,
     rest: OnceLock<Box<Pools>>,
 }
@@ -23,8 +23,9 @@ impl Pools {
 
 static POOLS: Pools = Pools::none();
 
-/// Does `work` on the pool of this process, where rayon's functions spread it, or on the calling
-/// thread if the system refuses more. A fork takes over no threads, so a child makes its own.
+/// Runs `work` on the pool of this process, where rayon's functions distribute it, or on the
+/// calling thread if the system refuses threads. A fork inherits no threads, and a child creates
+/// its own pool.
 pub fn on_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     let current = Current::here();
     match pool() {
@@ -38,8 +39,8 @@ fn pool() -> Option<&'static ThreadPool> {
     let mut pools = &POOLS;
     loop {
         if pools.first.get().is_none() {
-            // Made before the lock is taken: a fork meanwhile would take over a lock that nobody
-            // opens again. Of two that are made at once one is dropped.
+            // Created before the lock is taken: a fork meanwhile would inherit a lock that is never
+            // released. If two pools are created at once, one is dropped.
             let _first = pools.first.set((process, started()));
         }
         match pools.first.get() {
@@ -54,13 +55,13 @@ fn started() -> Option<ThreadPool> {
     ThreadPoolBuilder::new().thread_name(|i| format!("zerorate-{i}")).build().ok()
 }
 
-/// Does both, at once if there is a thread for it. What is done is not part of the types, so that
+/// Runs two functions, in parallel if there is a thread. The functions are not part of the types:
 /// rayon's machinery is compiled once and not for every kind of stream.
 pub(crate) fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
     rayon::join(one, other);
 }
 
-/// Does `work`, which is not part of the types, on the pool that the caller is in, or [`on_pool`].
+/// Runs `work`, which is not part of the types, on the caller's pool or by [`on_pool`].
 pub(crate) fn started_on_pool(work: &mut (dyn FnMut() + Send)) {
     match rayon::current_thread_index() {
         Some(_) => work(),

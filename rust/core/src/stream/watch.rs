@@ -1,32 +1,34 @@
-//! Check of the scale that a start-up has learned.
+//! Check of the scale learned in a start-up.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::validity::is_sample;
 use crate::math::{Limits, Real};
 
-/// A change of samples over the scale at least that proves the scale wrong: 24 bits hardly span as
-/// much, and no motion does so for long.
+/// Smallest ratio of a change of samples to the scale that proves the scale wrong. 24 bits hardly
+/// span this range, and no motion does for long.
 const MIN_CHANGE_RATIO: f64 = 1e6;
 
-/// A deviation within a tick that does: motion has little of its size in a quarter of a second.
+/// Smallest ratio for a standard deviation within a tick: motion has little of its size in a
+/// quarter of a second.
 const MIN_TICK_RATIO: f64 = 1e5;
 
-/// Either at most: two orders above the least noise that a filter tells from none.
+/// Largest ratio of a change or standard deviation that is too small: two orders above the smallest
+/// noise of a filter.
 const MAX_QUIET_RATIO: f64 = 1e-4;
 
-/// Changes in a row that prove it: neither a spike nor a pause does.
+/// Number of changes in a row that prove it: neither a spike nor a pause does.
 const MIN_CHANGES: u8 = 16;
 
-/// Samples between two that are looked at: the watch costs a sample next to nothing.
+/// Number of samples between two checks: the check takes almost no time per sample.
 const CHECK_INTERVAL_SAMPLES: u64 = 64;
 
-/// Compares now and then how much the samples change with the scale.
+/// Compares changes of the samples with the scale at intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Watch<T> {
-    /// The sample looked at last, NaN before the first.
+    /// Last checked sample, NaN before the first.
     last: T,
-    /// Changes in a row that are far too large, or, below zero, far too small.
+    /// Number of changes in a row that are far too large, or, as a negative number, far too small.
     far: i8,
 }
 
@@ -35,19 +37,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         Self { last: T::of(f64::NAN), far: 0 }
     }
 
-    /// True if to look at the sample that is the `samples_seen`th.
+    /// True if the sample with the number `samples_seen` is to be checked.
     #[inline(always)]
     pub(crate) fn is_due(samples_seen: u64) -> bool {
         Self::turn(samples_seen) == 0
     }
 
-    /// Samples since one was looked at.
+    /// Number of samples since the last check.
     #[inline(always)]
     pub(crate) fn turn(samples_seen: u64) -> u64 {
         samples_seen % CHECK_INTERVAL_SAMPLES
     }
 
-    /// Looks at a sample; returns whether the scale is proved wrong.
+    /// Checks a sample; returns true if the scale is proved wrong.
     pub(crate) fn disproves(&mut self, z: T, scale: T) -> bool {
         if !z.finite() {
             return false;
@@ -58,12 +60,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         self.test(change, scale, MIN_CHANGE_RATIO)
     }
 
-    /// Looks at the deviation of a tick; returns whether the scale is proved wrong.
+    /// Checks the standard deviation of a tick; returns true if the scale is proved wrong.
     pub(crate) fn disproves_by_tick(&mut self, deviation: T, scale: T) -> bool {
         self.test(deviation, scale, MIN_TICK_RATIO)
     }
 
-    /// Looks at the size of a change; one of zero, or not known, says nothing.
+    /// Checks the size of a change; a change that is zero or unknown has no effect.
     fn test(&mut self, change: T, scale: T, louder: f64) -> bool {
         if change > T::zero() {
             self.count(change, scale, T::of(louder).at_most(T::MAX_INPUT));
@@ -71,7 +73,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         self.has_disproved()
     }
 
-    /// True if samples can have made it.
+    /// True if samples can have led to this state.
     pub(crate) fn is_valid(&self) -> bool {
         is_sample(self.last, T::MAX_RAW) && !self.has_disproved()
     }
@@ -85,7 +87,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         };
     }
 
-    /// The scale is proved wrong.
+    /// True if the scale is proved wrong.
     pub(crate) fn has_disproved(&self) -> bool {
         self.far.unsigned_abs() >= MIN_CHANGES
     }

@@ -1,4 +1,4 @@
-//! Attitudes of every method behind one trait: a type in the core, a value here.
+//! Attitudes of every method behind one trait: each type of the core becomes a value here.
 
 use std::any::Any;
 
@@ -18,7 +18,7 @@ use super::samples::Columns;
 use crate::common::errors::NativeError;
 use crate::common::streaming::{AnyBank, quoted};
 
-/// Rows that are taken apart at once.
+/// Number of rows whose outputs are separated at once.
 const RECORDS: usize = 256;
 
 /// A bank of attitudes by one method.
@@ -28,22 +28,22 @@ pub trait AttitudeBank: AnyBank {
     fn options(&self) -> NamedOptions;
     /// True if scale and misalignment of the gyro were given.
     fn is_calibrated(&self) -> bool;
-    /// The largest bias that a gyro has, rad/s, where it is not the usual one.
+    /// Bias limit of the gyro, rad/s, if it is not the default.
     fn bias_limit(&self) -> Option<f64>;
-    /// True if something is taken off the magnetometer first.
+    /// True if a hard iron is subtracted from the magnetometer first.
     fn is_corrected(&self) -> bool;
-    /// The hard iron that each learns of its magnetometer, if it does.
+    /// Hard iron that each body learns for its magnetometer, if it learns.
     fn irons(&self) -> Option<Vec<LearnedIron>>;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
-    /// Rates of each that were given and left out.
+    /// Number of each body's rates that were left out.
     fn rates_left_out(&self) -> Vec<u64>;
     fn wrong_gravity(&self) -> Option<f64>;
     /// Writes the state after each sample.
     fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
     /// The smoothed samples of a record.
     fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error>;
-    /// True if there is such a thing by this method.
+    /// True if the method has a smoother.
     fn smooths(&self) -> bool;
     fn power_on(&mut self);
     fn align(&mut self, orientations: &[[f64; 4]], tilt_sigma: f64, heading_sigma: f64);
@@ -207,7 +207,7 @@ fn of<E: Named + Clone + Send + Sync + 'static>(
 
 type Restored = (Option<usize>, Box<dyn AttitudeBank>);
 
-/// The bank that a checkpoint holds.
+/// The bank in a checkpoint.
 pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
     match checkpoint::label(bytes)?.tag() {
         Compass::TAG => bank::<Compass>(bytes),

@@ -31,84 +31,88 @@ use crate::common::streaming::{
 };
 use crate::common::work::{in_pieces, interruptible};
 
-/// Samples that are put side by side before the next ones; with threads.
+/// Samples that are interleaved before the next block; for work on threads.
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
 /// Orientation of a body, from its gyro, accelerometer and, if present, magnetometer.
 ///
-/// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
-/// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
-/// corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
-/// gravity, and corrects only the heading by the magnetometer. The other methods are those of
-/// textbooks.
+/// ``update`` and ``process`` return the orientation: a quaternion w, x, y, z that rotates vectors
+/// from the sensor's axes to the earth's axes. The default method needs no tuning. It integrates
+/// the gyro and corrects the tilt ten times a second. From gravity it learns bias, scale and
+/// misalignment of the gyro. The magnetometer corrects only the heading. The other methods are
+/// textbook filters.
 ///
-/// Sensors may have different rates: NaN, ``None``, a vector of zeros, or one beyond 1000 rad/s or
-/// m/s^2 is a missing sample. Zeros of a gyro are a rate if it gives them at rest, as a simulated
-/// gyro or one with a dead band does: after a rate below 5 deg/s, unless it has rested with noise,
-/// and after some time of rest with zeros. A missing rate is replaced by the last one for 50 ms.
-/// ``dt`` is the time since the previous sample, s, if it is not ``1 / rate``; more than 1 s is a
-/// gap. A negative value means a clock set back, or by more than 1 s a restarted recorder. In all
-/// these cases the body may have rotated, and ``tilt_sigma`` and ``heading_sigma`` grow
-/// accordingly. North is magnetic; without a magnetometer a level sensor starts along the
-/// axes of the frame, and the heading drifts. One object serves one thread at a time.
+/// Sensors may have different rates. A missing sample is NaN, ``None``, a vector of zeros, or a
+/// vector beyond 1000 rad/s or m/s^2. A missing rate is replaced by the last rate for 50 ms.
+///
+/// Zeros of a gyro are a rate if the gyro has a dead band or is simulated. They are accepted after
+/// a rate below 5 deg/s, unless the gyro has shown noise at rest. They are also accepted after some
+/// time of rest with zeros.
+///
+/// ``dt`` is the time since the previous sample, s, if it is not ``1 / rate``. More than 1 s is a
+/// gap. A negative value means a clock that was set back; beyond -1 s, a recorder that restarted.
+/// After a gap or a jump the body may have rotated: ``tilt_sigma`` and ``heading_sigma`` grow
+/// accordingly.
+///
+/// North is magnetic. Without a magnetometer a level sensor starts along the axes of the frame, and
+/// the heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples of the gyro a second.
+///     Samples of the gyro per second.
 /// mag : bool, default True
-///     True if samples may have a magnetometer. With False a magnetic field is an error, and
-///     ``heading_sigma`` is that of the drift since the start.
+///     True if samples may include a magnetometer. With False a magnetic field is an error, and
+///     ``heading_sigma`` is the standard deviation of the drift since the start.
 /// frame : {"enu", "ned", "nwu"}
-///     Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
-///     identity, the accelerometer shows +9.81 on z, in "ned" -9.81.
+///     Axes of the earth: "enu" is east, north, up; "ned" is north, east, down; "nwu" is north,
+///     west, up. With the identity quaternion, a resting accelerometer shows +9.81 on z, in "ned"
+///     -9.81.
 /// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
-///     The filter.
+///     Filter method.
 /// gyro_unit, accel_unit : str
-///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
+///     Units of the samples, as in `zerorate.units`. The magnetometer may have any unit.
 /// bias : array_like, shape (3,), DriftFilter or Calibration, optional
-///     Known output of the gyro without rotation, in ``gyro_unit``: numbers, a `DriftFilter` of
-///     three channels in that unit, or a `Calibration`, for raw samples, which also gives the
-///     gyro's matrix.
+///     Known output of the gyro without rotation, in ``gyro_unit``. A `DriftFilter` must have three
+///     channels in that unit. A `Calibration` is for raw samples and also gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
-///     Its standard deviation. Default: 0.05 deg/s for a filter or calibration, or more if that
-///     states more; 0.5 deg/s for numbers; 1 deg/s without a known bias.
+///     Standard deviation of ``bias``. The default is 0.05 deg/s for a filter or a calibration, or
+///     its own value if larger. It is 0.5 deg/s for numbers, and 1 deg/s without ``bias``.
 /// bias_limit : float, optional
-///     Of "auto", in ``gyro_unit``: the largest possible bias. A steady rate beyond it is a
-///     rotation, never a rest. Default 10 deg/s. With a small limit a table that turns slowly from
-///     the first sample on is not mistaken for a rest; with a large one the bias of a bad gyro is
-///     found.
+///     Only "auto": largest possible bias, in ``gyro_unit``, default 10 deg/s. A steady rate beyond
+///     it is a rotation, never a rest. A small limit keeps a slowly turning table from being
+///     mistaken for a rest. A large limit lets the filter find the bias of a bad gyro.
 /// gyro_range : float, optional
-///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing
-///     sample, counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
+///     Range of the gyro, in ``gyro_unit``. A rate beyond it about any axis is a missing sample,
+///     counted in ``rates_left_out``. At a rate equal to the range, ``status`` is "clipped".
 /// magnetometer : MagnetometerCalibration, optional
-///     Of "auto": result of `calibrate_magnetometer`, by which each sample is corrected first: the
-///     hard iron of the group that lasts longest, and the soft iron. The samples must be in its
-///     unit.
+///     Only "auto": result of `calibrate_magnetometer`, which corrects each sample first. It uses
+///     the soft iron and the hard iron of the longest group. The samples must be in its unit.
 /// learn_magnetometer : bool, default False
-///     Of "auto": learn the magnetometer's hard iron from the motion; with ``magnetometer``, the
-///     rest that this leaves. Until it is known the output is the same as without learning, to the
-///     last bit.
+///     Only "auto": learn the magnetometer's hard iron from the motion; with ``magnetometer``,
+///     learn the remaining hard iron. Until it is known, the output is bit-identical to a filter
+///     without learning.
 /// channels : int, optional
-///     Number of bodies; ``None`` is a single one.
+///     Number of bodies; ``None`` is a single body without a channel axis.
 /// time_constant : float, default 0.5
-///     Of "complementary", s: time constant of tilt and heading towards accelerometer and
-///     magnetometer. A short one follows accelerations, a long one the gyro's bias b, with an error
-///     of b times this.
+///     Only "complementary": time constant of the corrections by accelerometer and magnetometer, s.
+///     A short time follows accelerations. A long time leaves an error of the gyro's bias times
+///     this constant.
 /// kp, ki : float, default 1.0 and 0.3
-///     Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
-///     learned.
+///     Only "mahony": proportional gain, 1/s, and integral gain, 1/s^2. Without the integral gain
+///     no bias is learned.
 /// beta : float, optional
-///     Of "madgwick", rad/s: gradient step of the quaternion, half the body's rate; by default
-///     0.041 with a magnetometer and 0.033 without, as in the report.
+///     Only "madgwick": gradient step of the quaternion, rad/s, which is half the body's rate. The
+///     default is 0.041 with a magnetometer and 0.033 without, as in the report.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
-///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise; that of the
-///     accelerometer includes the body's own accelerations, some fifty times a data sheet's value.
+///     Only "ekf" and "ukf": white noise of gyro, rad/s/sqrt(Hz), and accelerometer,
+///     m/s^2/sqrt(Hz). The accelerometer's value includes the body's own accelerations, about fifty
+///     times the noise in a data sheet.
 /// mag_noise : float, default 0.1
-///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the magnetic heading.
+///     Only "ekf" and "ukf": white noise of the magnetic heading, rad/sqrt(Hz).
 /// bias_walk : float, default 0.0001
-///     Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
+///     Only "ekf" and "ukf": random walk of the gyro's bias, rad/s/sqrt(s).
 ///
 /// Raises
 /// ------
@@ -151,7 +155,7 @@ impl Attitude {
             kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
             bias_walk=0.0001)"
     )]
-    // The arguments are those of the class in Python.
+    // The arguments are the same as in the Python class.
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -204,8 +208,10 @@ impl Attitude {
         Ok(Self { mag, shared })
     }
 
-    /// Process one sample of each sensor and return the orientation: (3,) each to (4,), or six or
-    /// nine floats; with channels (k, 3) to (k, 4).
+    /// Process one sample of each sensor and return the orientation, (4,).
+    ///
+    /// Each sensor's sample is (3,); six or nine floats are accepted, too. With channels the
+    /// samples are (k, 3) and the orientations (k, 4).
     #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -224,8 +230,7 @@ impl Attitude {
         {
             let mut orientation = [0.0; 4];
             let out = &mut orientation;
-            // A batch of one: with all the instructions that the processor has, which batches ask
-            // for.
+            // A batch of one sample: only batches select the processor's widest instructions.
             this.shared.bank.process(&row, out, &mut [], 1).map_err(NativeError::from)?;
             return Ok(arrays::small(slf.py(), &orientation));
         }
@@ -236,10 +241,12 @@ impl Attitude {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Update with each sample of a batch: (n, 3) each to (n, 4), with channels (n, k, 3) to (n, k,
-    /// 4). ``dt`` is one time or (n,); the interpreter lock is released.
+    /// Process each sample of a batch and return the orientations, (n, 4).
+    ///
+    /// Each sensor's samples are (n, 3). With channels the samples are (n, k, 3) and the
+    /// orientations (n, k, 4). ``dt`` is one time or (n,). The interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, out=None, threads=None))]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -272,10 +279,12 @@ impl Attitude {
         Ok(given.clone().into_any())
     }
 
-    /// Like ``process``, but return all estimates after each sample, as arrays by name:
-    /// quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
-    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest, disturbed and events (n,),
-    /// the last the sum of `zerorate.attitude.Event`; with channels (n, k, …).
+    /// Process a batch and return all estimates after each sample, as arrays by name.
+    ///
+    /// quaternion is (n, 4); bias, bias_sigma and linear_acceleration are (n, 3); gyro_matrix and
+    /// gyro_matrix_sigma are (n, 3, 3). tilt_sigma, heading_sigma, at_rest, disturbed and events
+    /// are (n,); events are sums of `zerorate.attitude.Event`. With channels the shapes are (n, k,
+    /// …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -297,7 +306,8 @@ impl Attitude {
         Ok(found)
     }
 
-    /// Smooth each sample of a record with all others: as ``trace``, but offline.
+    /// Smooth a record offline: estimate each sample from the whole record, with the names of
+    /// ``trace``.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn smooth<'py>(
         slf: &Bound<'py, Self>,
@@ -321,9 +331,10 @@ impl Attitude {
         named_arrays(py, parts?.map_err(NativeError::from)?, &this.shared.batch_axes(batch.n))
     }
 
-    /// Continue from a known orientation, at the start or later: a quaternion, w first, or a
-    /// ``scipy`` rotation, of the sensor in the frame, with the standard deviations of tilt and
-    /// heading, rad.
+    /// Continue from a known orientation, at the start or later.
+    ///
+    /// The orientation of the sensor in the frame is a quaternion, w first, or a ``scipy``
+    /// rotation. The standard deviations of tilt and heading are in rad.
     #[pyo3(signature = (orientation, tilt_sigma=0.01, heading_sigma=0.01))]
     fn align(
         slf: &Bound<'_, Self>,
@@ -352,13 +363,13 @@ impl Attitude {
         Ok(())
     }
 
-    /// Reset to the state before the first sample, except scale and misalignment of the gyro.
+    /// Reset to the state before the first sample, but keep scale and misalignment of the gyro.
     fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.bank.power_on();
         Ok(())
     }
 
-    /// The orientation as a ``scipy.spatial.transform.Rotation``.
+    /// Orientation as a ``scipy.spatial.transform.Rotation``.
     #[getter]
     fn rotation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
@@ -371,12 +382,18 @@ impl Attitude {
         )
     }
 
-    /// Status of the filter; with channels a list. "starting" (first second); "clipped" (a rate at
-    /// ``gyro_range``); "rate missing"; "wrong unit" (the force at rest is not gravity) and "wrong
-    /// unit?" (gravity turns 57 times faster or slower than the gyro: deg/s and rad/s confused);
-    /// "magnetometer stuck" (one value while the body turns); "at rest, or on a rate table:
-    /// bias_limit" (a steady rate beyond ``bias_limit``: rest and a rate table cannot be
-    /// distinguished); "disturbed", "at rest" or "moving".
+    /// Status of the filter, with channels a list.
+    ///
+    /// - "starting": the first second.
+    /// - "clipped": a rate at ``gyro_range``.
+    /// - "rate missing": no rate of the gyro.
+    /// - "wrong unit": the force at rest is not gravity.
+    /// - "wrong unit?": gravity turns 57 times faster or slower than the gyro. The gyro's unit may
+    ///   be deg/s instead of rad/s, or the reverse.
+    /// - "magnetometer stuck": one value while the body turns.
+    /// - "at rest, or on a rate table: bias_limit": a steady rate beyond ``bias_limit``. Rest and a
+    ///   rate table cannot be distinguished.
+    /// - "disturbed", "at rest" or "moving".
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -387,11 +404,13 @@ impl Attitude {
         }
     }
 
-    /// Use of the magnetometer: "raw" (used without correction: no hard iron is known, or none is
-    /// learned), "known" (the present motion determines the hard iron, which is subtracted), "kept"
-    /// (an earlier hard iron, or none, is subtracted, whichever keeps the field constant) or
-    /// "withheld" (no hard iron explains the field: heading by the gyro, for a minute at most);
-    /// with channels a list.
+    /// Use of the magnetometer, with channels a list.
+    ///
+    /// - "raw": used without correction, because no hard iron is known or none is learned.
+    /// - "known": the present motion determines the hard iron, which is subtracted.
+    /// - "kept": an earlier hard iron or none is subtracted, whichever keeps the field constant.
+    /// - "withheld": no hard iron explains the field. The heading comes from the gyro, for a minute
+    ///   at most.
     #[getter]
     fn magnetometer_state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -415,7 +434,7 @@ impl Attitude {
             usual.bias_sigma = AutoOptions::default().bias_sigma;
         }
         let constants = options::written(CONSTANTS, method, &chosen.constants);
-        // What it was calibrated by is long: a call with an ellipsis makes no filter.
+        // A calibration's text is long: a call with an ellipsis creates no filter.
         let bias = match bank.is_calibrated() {
             true => "...".to_owned(),
             false => in_unit(chosen.bias, usual.bias, params.gyro_unit),
@@ -454,62 +473,65 @@ impl Attitude {
 }
 
 getters! { Attitude, slf, py, this;
-    /// From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4).
+    /// Quaternion from the sensor's axes to the earth's axes, w first: (4,), with channels (k, 4).
     quaternion: Object<'py> = vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())?;
     /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
     euler: Object<'py> = vectors(slf, &[3], |body| body.euler.to_vec())?;
-    /// Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
-    /// channels (k,).
+    /// Direction of the sensor's x axis over ground: float, with channels (k,).
+    ///
+    /// The angle is clockwise from north, 0 to 2 pi.
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
-    /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
+    /// Unit vector upwards, in the sensor's axes: (3,), with channels (k, 3).
     up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
-    /// Specific force that gravity alone causes, in the accelerometer's unit: (3,), with channels
-    /// (k, 3).
+    /// Specific force of gravity alone, in the accelerometer's unit: (3,), with channels (k, 3).
     gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
-    /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
-    /// missing: (3,), with channels (k, 3).
+    /// Last specific force minus gravity: (3,), with channels (k, 3).
+    ///
+    /// Axes and unit are the accelerometer's. NaN if the force was missing.
     linear_acceleration: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())?;
-    /// The gyro's output without rotation, in its unit: (3,), with channels (k, 3).
+    /// Output of the gyro without rotation, in its unit: (3,), with channels (k, 3).
     bias: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())?;
     /// Standard deviation of ``bias``: (3,), with channels (k, 3).
     bias_sigma: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())?;
-    /// M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
+    /// Matrix M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
     gyro_matrix: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec() })?;
     /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
     gyro_matrix_sigma: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec() })?;
-    /// Standard deviation of the angle between the true and the estimated vertical, rad: float,
-    /// with channels (k,).
+    /// Standard deviation of the estimated vertical's angle error, rad: float, with channels (k,).
     tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
-    /// Standard deviation of the heading, rad; without magnetometer relative to the start: float,
-    /// with channels (k,).
+    /// Standard deviation of the heading, rad: float, with channels (k,).
+    ///
+    /// Without a magnetometer it is relative to the start.
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
     /// True if the body rests: bool, with channels (k,).
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// True if the strength or dip of the magnetic field differs from the known one: bool, with
-    /// channels (k,).
+    /// True if the magnetic field's strength or dip is not the known value: bool, with channels
+    /// (k,).
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
-    /// The hard iron that is subtracted from each magnetometer sample, in its unit and, with a
-    /// calibration, in corrected axes; zeros before one is known, NaN if none is learned: (3,),
-    /// with channels (k, 3).
+    /// Hard iron that is subtracted from each magnetometer sample: (3,), with channels (k, 3).
+    ///
+    /// Its unit is the magnetometer's; with a calibration its axes are the corrected axes. Zeros
+    /// before it is known, NaN if none is learned.
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
-    /// Standard deviation of ``hard_iron``, NaN before one is known: (3,), with channels (k, 3).
+    /// Standard deviation of ``hard_iron``, NaN before it is known: (3,), with channels (k, 3).
     hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
-    /// Number of rates left out because they exceed ``gyro_range`` or 1000 rad/s; infinities and
-    /// NaN are missing samples. int, with channels (k,).
+    /// Number of rates beyond ``gyro_range`` or 1000 rad/s: int, with channels (k,).
+    ///
+    /// Infinities and NaN are missing samples and are not counted.
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
-    /// The method.
+    /// Name of the method.
     method: &'static str = this.shared.bank.method();
-    /// True if samples may have a magnetometer.
+    /// True if samples may include a magnetometer.
     mag: bool = this.mag;
     /// Unit of the gyro's samples.
     gyro_unit: String = unit_of(py, this.shared.bank.params().gyro_unit, &GYRO_UNITS)?;
@@ -530,7 +552,8 @@ impl Attitude {
         }
     }
 
-    /// Works on blocks of samples that stay in the cache; threads pay for larger ones only.
+    /// Works on blocks of samples that stay in the cache; threads are faster only with larger
+    /// blocks.
     fn in_blocks(
         &mut self,
         py: Python<'_>,
@@ -556,8 +579,8 @@ impl Attitude {
         })
     }
 
-    /// Says that the unit of the accelerometer is wrong. Where warnings are errors it is then as it
-    /// was before the batch, whose answers nobody gets.
+    /// Warns that the unit of the accelerometer is wrong. If warnings are errors, the filter
+    /// returns to its state before the batch, because the caller does not get the batch's results.
     fn warn(&mut self, py: Python<'_>, before: Option<Box<dyn Any + Send>>) -> PyResult<()> {
         let Some(gravity) = self.shared.bank.wrong_gravity() else { return Ok(()) };
         let text = format!(
@@ -572,7 +595,7 @@ impl Attitude {
     }
 }
 
-/// One array a field by its name.
+/// One array per field, by its name.
 fn named_arrays<'py>(
     py: Python<'py>,
     parts: Parts,
@@ -596,7 +619,7 @@ fn vectors<'py>(
     this.shared.arrays(slf.py(), values, shape)
 }
 
-/// Numbers of the hard iron of each body, NaN where none is learned.
+/// Hard-iron values of each body, NaN if none is learned.
 fn irons<'py>(
     slf: &Bound<'py, Attitude>,
     of: impl Fn(&LearnedIron) -> Vec<f64>,
@@ -618,7 +641,7 @@ fn flags<'py>(
     this.shared.numbers(slf.py(), values)
 }
 
-/// The components of a rotation, w first, or what was given.
+/// Components of a rotation, w first, or the argument unchanged.
 fn quaternions<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     if !given.hasattr("as_quat")? {
         return Ok(given.clone());
@@ -628,7 +651,7 @@ fn quaternions<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     given.call_method("as_quat", (), Some(&scalar_first))
 }
 
-/// The prior of the gyro before its first sample.
+/// Prior of the gyro before its first sample.
 fn prior(
     py: Python<'_>,
     bias: Option<&Bound<'_, PyAny>>,
@@ -665,13 +688,13 @@ fn prior(
     Ok(())
 }
 
-/// True if it is a filter that has learned biases.
+/// True for a filter that has learned biases.
 fn is_filter(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("bias")? && given.hasattr("bias_sigma")?)
 }
 
-/// The standard deviation of a bias that comes without one, rad/s: numbers have a fixed one,
-/// learned biases a tenth of themselves or their own; the bias of a filter without samples is
+/// Standard deviation of a bias without a stated one, rad/s. Numbers have a fixed value. A learned
+/// bias has a tenth of that value, or its own if larger. The bias of a filter without samples is
 /// unknown.
 fn believed(given: &Bound<'_, PyAny>, unit: f64) -> PyResult<Option<[f64; 3]>> {
     let numbers = NamedOptions::default().bias_sigma;
@@ -686,10 +709,10 @@ fn believed(given: &Bound<'_, PyAny>, unit: f64) -> PyResult<Option<[f64; 3]>> {
     Ok(known.then(|| std::array::from_fn(|i| (own[i] * unit).max(LEARNED * numbers[i]))))
 }
 
-/// Share of the deviation of given numbers that a bias has which something has learned.
+/// Standard deviation of a learned bias, as a share of the standard deviation of stated numbers.
 const LEARNED: f64 = 0.1;
 
-/// A deviation of each axis, or one of all.
+/// Standard deviation of each axis, or one for all axes.
 fn spread(given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
     let fits = |shape: &[usize]| shape.is_empty() || shape == [3];
     let found = arrays::named("bias_sigma", given, "(3,)", fits)?.values;
@@ -725,11 +748,11 @@ fn frame_name(frame: Frame) -> &'static str {
     }
 }
 
-/// Units of the sensors, the SI unit first.
+/// Units of the sensors; the SI unit comes first.
 const GYRO_UNITS: [&str; 4] = ["rad/s", "deg/s", "mdeg/s", "deg/h"];
 const ACCEL_UNITS: [&str; 4] = ["m/s^2", "g", "mg", "ug"];
 
-/// The unit of these that is so much in SI.
+/// Name of the unit with this size in SI.
 fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
     for unit in units {
         if factor(py, unit, units[0], "unit")? == value {
@@ -739,7 +762,7 @@ fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
     Ok("...".to_owned())
 }
 
-/// Axes in the unit of the gyro, as Python writes them; None for what is usual.
+/// Axes in the unit of the gyro, as Python writes them; None for the default.
 fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
     match axes == usual {
         true => "None".to_owned(),
@@ -747,7 +770,7 @@ fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
     }
 }
 
-/// The number that times the unit is `x` to the last bit, short if possible.
+/// Number that gives exactly `x` when multiplied by the unit; short if possible.
 fn quotient(x: f64, unit: f64) -> f64 {
     let near = x / unit;
     let short = format!("{near:.14e}").parse().unwrap_or(near);
@@ -755,7 +778,7 @@ fn quotient(x: f64, unit: f64) -> f64 {
     tried.into_iter().find(|found| found * unit == x).unwrap_or(near)
 }
 
-/// The SI value of one unit of a sensor.
+/// SI value of one unit of a sensor.
 fn factor(py: Python<'_>, unit: &str, si: &str, name: &str) -> PyResult<f64> {
     let found = rules::call(py, Rule::Convert, (1.0, unit, si)).map_err(|_| {
         PyValueError::new_err(format!("{name} must be a unit such as '{si}', got '{unit}'"))

@@ -1,4 +1,4 @@
-//! Constants of methods between Python and the core's tables of them.
+//! Constants of the methods: conversion between Python and the core's tables.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use zerorate_core::position::POSITION_METHODS;
 
 use crate::common::streaming::{quoted, text};
 
-/// The constants that keyword arguments ask for.
+/// Constants from keyword arguments.
 pub fn read<C: Default>(
     class: &str,
     table: &'static [Constant<C>],
@@ -51,7 +51,7 @@ pub fn check_bias(method: &str, bias: bool, sigma: bool, limit: bool) -> PyResul
     Ok(())
 }
 
-/// Refuses what is said of a magnetometer that there is not.
+/// Refuses options of a magnetometer if there is no magnetometer.
 pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let name = "mag_noise";
     let said = given.is_some_and(|given| given.contains(name).unwrap_or(false));
@@ -61,7 +61,7 @@ pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()>
     }
 }
 
-/// The correction of the magnetometer by a calibration, if it has one.
+/// Correction of the magnetometer by a calibration, if it has one.
 pub fn correction(
     given: Option<&Bound<'_, PyAny>>,
     method: &str,
@@ -82,7 +82,7 @@ pub fn correction(
     Ok(found.map(|(iron, matrix)| FieldCorrection { iron, matrix }))
 }
 
-/// Refuses to learn what the method does not use, or what there is not.
+/// Refuses to learn the hard iron if the method does not use it or there is no magnetometer.
 pub fn check_learns(learns: bool, method: &str, mag: bool) -> PyResult<()> {
     if !learns {
         return Ok(());
@@ -95,7 +95,7 @@ pub fn check_learns(learns: bool, method: &str, mag: bool) -> PyResult<()> {
 }
 
 fn check_used(name: &str, method: &str, methods: &[&str]) -> PyResult<()> {
-    // A method that there is not is refused by its name.
+    // The name of an unknown method is refused elsewhere.
     let mut all = METHODS.iter().chain(&TILT_METHODS).chain(&POSITION_METHODS);
     let known = all.any(|known| *known == method);
     if methods.contains(&method) || !known {
@@ -118,8 +118,10 @@ pub fn written<C: Default>(
     used.map(|row| (row.name, text((row.get)(constants)), text((row.get)(&defaults)))).collect()
 }
 
-/// The table of the constants of ``Attitude`` as dictionaries: name, kind, default, unit, expected,
-/// choices, meaning and the methods that use it.
+/// Return the table of the constants of ``Attitude`` as dictionaries.
+///
+/// Keys are name, kind, default, unit, expected, choices, meaning, and the methods that use the
+/// constant.
 #[pyfunction]
 pub fn attitude_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let meaning = "'auto' learns bias, scale and misalignment of the gyro and needs no settings; the \
@@ -127,14 +129,14 @@ pub fn attitude_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     table::<Constants>(py, &METHODS, METHODS[0], meaning, CONSTANTS)
 }
 
-/// The same of ``Tilt``.
+/// Return the table of the constants of ``Tilt`` as dictionaries, as for ``Attitude``.
 #[pyfunction]
 pub fn tilt_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let meaning = "The complementary filter of first order, or the Kalman filter of angle and bias";
     table::<TiltConstants>(py, &TILT_METHODS, TILT_METHODS[0], meaning, TILT_CONSTANTS)
 }
 
-/// A table of constants as dictionaries, after a row of the methods.
+/// A table of constants as dictionaries, after a row with the methods.
 pub fn table<'py, C: Default>(
     py: Python<'py>,
     methods: &[&str],

@@ -1,4 +1,4 @@
-//! Samples of gyro, accelerometer and magnetometer from Python, put side by side.
+//! Samples of gyro, accelerometer and magnetometer from Python, interleaved.
 
 use std::ops::Range;
 
@@ -13,10 +13,10 @@ use crate::common::arrays::{self, Samples};
 use crate::common::elements::three;
 use crate::common::errors::NativeError;
 
-/// Numbers in a sample: three of each sensor, and the time since the sample before.
+/// Numbers in a sample: three for each sensor, and the time since the previous sample.
 pub const WIDTH: usize = 10;
 
-/// Instants whose samples are put side by side at once.
+/// Instants that are interleaved at once.
 const ROWS: usize = 64;
 
 /// Arguments of one call.
@@ -28,7 +28,7 @@ pub struct Given<'a, 'py> {
     pub dt: Option<&'a Bound<'py, PyAny>>,
 }
 
-/// Gyro, accelerometer, magnetometer and times of a batch, logs and data frames as arrays.
+/// Gyro, accelerometer, magnetometer and times of a batch; logs and data frames become arrays.
 pub fn taken<'py, T>(
     owner: &Bound<'py, T>,
     given: [Option<&Bound<'py, PyAny>>; 4],
@@ -41,7 +41,7 @@ impl<'a, 'py> Given<'a, 'py> {
         Self { gyro, accel, mag: arrays::present(mag), dt: arrays::present(dt) }
     }
 
-    /// One sample of a single body, if it comes as loops give it most often.
+    /// One sample of a single body, in the form that loops give most often.
     #[inline]
     pub fn usual(&self) -> Option<[f64; WIDTH]> {
         let ([gx, gy, gz], [ax, ay, az]) = (three(self.gyro)?, three(self.accel)?);
@@ -95,7 +95,7 @@ impl<'a, 'py> Given<'a, 'py> {
     }
 }
 
-/// Arrays of a batch: read where they stand, with the first number of a sample that each is for.
+/// Arrays of a batch, read in place, with the index of each array's first number in a sample.
 #[derive(Debug)]
 pub struct Batch<'py> {
     pub n: usize,
@@ -124,7 +124,7 @@ pub struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// Puts the sensors' samples of these instants side by side, with NaN for what is not there.
+    /// Interleaves the sensors' samples of these instants; NaN for missing values.
     pub fn fill(&self, instants: Range<usize>, rows: &mut [f64]) {
         let samples = instants.start * self.channels..instants.end * self.channels;
         let rows = rows.as_chunks_mut::<WIDTH>().0;
@@ -159,7 +159,7 @@ impl Columns<'_> {
     }
 }
 
-/// One step of a clock for all samples, or one for each; negative where it was set back.
+/// Time steps: one for all samples, or one per sample; negative if the clock was set back.
 fn steps(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     match arrays::sample(dt) {
         Ok(one) => Ok(memory::filled(one, n).map_err(NativeError::from)?),
@@ -167,7 +167,7 @@ fn steps(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     }
 }
 
-/// The same, unless one is negative.
+/// Time steps as in the function before; a negative step is an error.
 pub fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     let times = steps(dt, n)?;
     times.iter().try_for_each(|dt| checked(*dt).map(|_| ()))?;
@@ -200,7 +200,7 @@ pub fn of_floats(
     Ok(row)
 }
 
-/// A time, unless it is negative.
+/// A time that must not be negative.
 pub fn checked(dt: f64) -> PyResult<f64> {
     match dt < 0.0 {
         false => Ok(dt),
@@ -217,7 +217,7 @@ fn check_length(name: &str, n: usize, expected: usize) -> PyResult<()> {
     )))
 }
 
-/// The error by the argument's own name.
+/// The error with the argument's own name.
 fn named(name: &str, error: PyErr, given: &Bound<'_, PyAny>) -> PyErr {
     let text = error.value(given.py()).to_string();
     match text.strip_prefix("z must") {

@@ -12,24 +12,25 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, quoted, reading, streaming, text};
 
-/// Numbers in a sample: rate, angle and the time since the sample before.
+/// Numbers in a sample: rate, angle and the time since the previous sample.
 const WIDTH: usize = 3;
 
 /// Tilt about one axis, from the rate about it and the accelerometer's angle.
 ///
-/// This is the usual fusion for an MPU-6050: the angle of the accelerometer, an arc tangent of two
-/// of its axes, is noisy but stable; the integral of the gyro is smooth but drifts. The
-/// **complementary** filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a =
-/// time_constant / (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves
-/// exactly ``b * time_constant``. The **kalman** filter has the states angle and bias, and learns
-/// the bias.
+/// This is the usual filter for an MPU-6050. The angle of the accelerometer is an arc tangent of
+/// two of its axes: noisy but stable. The integral of the gyro is smooth but drifts.
 ///
-/// Any unit of angle works, if the gyro has that unit per second. The filter treats a single axis:
-/// the rate about it equals that of the tilt for small angles only, and the arc tangent fails near
-/// 90 degrees. `Attitude` has neither limit, and separates motion from tilt.
+/// The **complementary** filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with
+/// ``a = time_constant / (time_constant + dt)``. With 0.49 s and 100 Hz, a is 0.98. A bias b of the
+/// gyro leaves a constant error of ``b * time_constant``. The **kalman** filter has the states
+/// angle and bias, and learns the bias.
 ///
-/// A missing rate (NaN, infinite or None) is replaced by the last one for 50 ms, then by zero; a
-/// missing angle corrects nothing; before the first angle NaN is returned. One object serves one
+/// Any unit of angle works if the gyro has the same unit per second. The filter treats a single
+/// axis. The measured rate equals the tilt's rate at small angles only, and the arc tangent fails
+/// near 90 degrees. `Attitude` has neither limit and separates motion from tilt.
+///
+/// A missing rate (NaN, infinite or None) is replaced by the last rate for 50 ms, then by zero. A
+/// missing angle corrects nothing. The tilt is NaN before the first angle. One object serves one
 /// thread at a time.
 ///
 /// Parameters
@@ -37,22 +38,20 @@ const WIDTH: usize = 3;
 /// rate : float
 ///     Samples per second.
 /// method : {"complementary", "kalman"}, default "complementary"
-///     Combination of rate and angle.
+///     Filter that combines rate and angle.
 /// channels : int, optional
-///     Number of axes; ``None`` is a single one.
+///     Number of axes; ``None`` is a single axis without a channel axis.
 /// time_constant : float, default 0.5
-///     Of the complementary filter, s: a short one trusts the accelerometer, with its vibration, a
-///     long one the gyro, with its bias.
+///     Only "complementary": time constant, s. A short time trusts the accelerometer and its
+///     vibration, a long time trusts the gyro and its bias.
 /// q_angle, q_bias : float, default 1e-3 and 3e-3
-///     Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
-///     (unit/s)^2/s.
+///     Only "kalman": variance that angle and bias gain per second, unit^2/s and (unit/s)^2/s.
 /// r_measure : float, default 3e-2
-///     Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. At
-///     another rate the same number is another filter. These three are those of the well-known
-///     code, for degrees at 100 Hz, with a time constant of a third of a second.
+///     Only "kalman": variance of one accelerometer angle, unit^2. At another rate the same number
+///     is another filter. The defaults of ``q_angle``, ``q_bias`` and ``r_measure`` are those in
+///     common MPU-6050 code, for degrees at 100 Hz: a time constant of a third of a second.
 /// p_start : float, default 1.0
-///     Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
-///     (unit/s)^2.
+///     Only "kalman": variance of angle and bias before the first sample, unit^2 and (unit/s)^2.
 ///
 /// Raises
 /// ------
@@ -107,9 +106,10 @@ impl Tilt {
         Ok(bank.map_err(NativeError::from)?)
     }
 
-    /// Process a rate and the accelerometer's angle, and return the tilt: floats or None to float,
-    /// with channels (k,) and (k,) to (k,); ``dt`` is the time since the previous sample, s, by
-    /// default one period.
+    /// Process a rate and the accelerometer's angle, and return the tilt.
+    ///
+    /// Floats or None give a float; with channels (k,) and (k,) give (k,). ``dt`` is the time since
+    /// the previous sample, s, by default one period.
     #[pyo3(signature = (gyro, angle, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -130,8 +130,10 @@ impl Tilt {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and (n, k)
-    /// to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is released.
+    /// Process each sample of a batch and return the tilts: (n,) and (n,) to (n,).
+    ///
+    /// With channels (n, k) and (n, k) give (n, k). ``dt`` is one time for all samples or (n,). The
+    /// interpreter lock is released.
     #[pyo3(signature = (gyro, angle, dt=None, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -174,12 +176,13 @@ impl Tilt {
 }
 
 getters! { Tilt, slf, py, this;
-    /// The tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
+    /// Tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
     angle: Object<'py> = this.shared.each(py, Core::angle)?;
     /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
     angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
-    /// The gyro's output without rotation, NaN for method "complementary": float, with channels
-    /// (k,).
+    /// Output of the gyro without rotation: float, with channels (k,).
+    ///
+    /// NaN for method "complementary".
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
@@ -187,6 +190,6 @@ getters! { Tilt, slf, py, this;
     samples_seen: u64 = this.first().samples_seen();
     /// Samples per second.
     rate: f64 = this.first().params().rate;
-    /// Combination of rate and angle.
+    /// Name of the method.
     method: &'static str = this.first().params().method.name();
 }

@@ -12,7 +12,7 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, AnyBank, Shared, call, reading, streaming, text};
 
-/// Correctors of one number of inputs.
+/// Correctors for one number of inputs.
 trait CorrectorBank: AnyBank {
     fn correction(&self) -> &Correction;
     fn biases(&self) -> Vec<f64>;
@@ -36,45 +36,46 @@ where
     }
 }
 
-/// Correction of gyro and accelerometer for scale error, misalignment, bias and g-sensitivity, live
-/// or in batches.
+/// Live correction of an IMU for bias, scale error, misalignment and g-sensitivity.
 ///
-/// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
-/// g_sensitivity @ force)``: the matrices are the inverses of the sensors' responses.
-/// ``Calibration.corrector()`` makes one. Units are those of the arguments.
+/// ``force = accel_matrix @ (accel - accel_bias)`` and
+/// ``rate = gyro_matrix @ (gyro - gyro_bias - g_sensitivity @ force)``. The matrices are the
+/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. Units
+/// are the arguments' units.
 ///
-/// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the
-/// temperature, degC). If an axis of the gyro is missing, its three rates are NaN. If an axis of
-/// the accelerometer is missing, its three forces are NaN, and the gyro is corrected with the last
-/// known force, zero before the first. If the temperature is missing, the last one is used; before
-/// the first the bias is ``gyro_bias``. One object serves one thread at a time.
+/// A sample has three numbers (gyro), six (gyro and accelerometer) or seven (temperature, degC, in
+/// addition). If an axis of the gyro is missing, its three rates are NaN. If an axis of the
+/// accelerometer is missing, its three forces are NaN. The gyro is then corrected with the last
+/// known force, zero before the first force. A missing temperature is replaced by the last
+/// temperature; before the first the bias is ``gyro_bias``. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// gyro_matrix : array_like, shape (3, 3)
-///     From the raw gyro, less its bias, to the rate.
+///     Matrix from the raw gyro minus its bias to the rate.
 /// gyro_bias : array_like, shape (3,)
 ///     Bias of the gyro without a known temperature, raw unit.
 /// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
-///     The same for the accelerometer; by default it is unchanged.
+///     Matrix and bias of the accelerometer; by default its samples are unchanged.
 /// g_sensitivity : array_like, shape (3, 3), optional
-///     Contribution of a force to the gyro, raw unit of the gyro per unit of the corrected force;
-///     by default none.
+///     Response of the gyro to a force, raw unit of the gyro per unit of the corrected force; by
+///     default none.
 /// temperature : dict, optional
-///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1,
-///     … of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a
-///     temperature, ``"range"`` are the lowest and the highest temperature of the data. Beyond them
-///     the curve continues along its tangent for the length of the range, then stays constant.
+///     Bias of the gyro over temperature. ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1,
+///     … of each axis in ``sum(c_k * ((T - reference) / 10)**k)``. ``"reference"`` is the
+///     temperature T of c_0. ``"range"`` gives the lowest and highest temperature of the data.
+///     Outside this range the curve continues along its tangent for the length of the range, then
+///     stays constant.
 /// inputs : {3, 6, 7}, optional
-///     Numbers in a sample; by default what the other arguments need. With 7 and without
-///     ``temperature`` the last one is not used.
+///     Numbers in a sample; by default as many as the other arguments need. With 7 inputs and
+///     without ``temperature``, the seventh number is not used.
 /// channels : int, optional
-///     Number of sensors, all with the same correction; ``None`` is a single one.
+///     Number of sensors with this correction; ``None`` is a single sensor without a channel axis.
 ///
 /// Raises
 /// ------
-/// ValueError
-///     A shape is wrong, a number is not finite or beyond 1e50, or samples of so many numbers do
+///     A shape is wrong, a number is not finite or beyond 1e50, or ``inputs`` is too small for an
+///     argument.
 ///     not use an argument.
 ///
 /// Examples
@@ -112,7 +113,7 @@ impl ImuCorrector {
         gyro_matrix, gyro_bias, *, accel_matrix=None, accel_bias=None, g_sensitivity=None,
         temperature=None, inputs=None, channels=None
     ))]
-    // The arguments are those of the class in Python.
+    // The arguments are the same as in the Python class.
     #[allow(clippy::too_many_arguments)]
     fn new(
         gyro_matrix: &Bound<'_, PyAny>,
@@ -177,19 +178,19 @@ impl ImuCorrector {
         Ok(call("ImuCorrector", &arguments, this.shared.channels))
     }
 
-    /// From the raw gyro, less its bias, to the rate: (3, 3).
+    /// Matrix from the raw gyro minus its bias to the rate: (3, 3).
     #[getter]
     fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.gyro_matrix)
     }
 
-    /// From the raw accelerometer, less its bias, to the force: (3, 3).
+    /// Matrix from the raw accelerometer minus its bias to the force: (3, 3).
     #[getter]
     fn accel_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.accel_matrix)
     }
 
-    /// Contribution of a force to the raw gyro: (3, 3).
+    /// Response of the raw gyro to a force: (3, 3).
     #[getter]
     fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.g_sensitivity)
@@ -197,11 +198,11 @@ impl ImuCorrector {
 }
 
 getters! { ImuCorrector, slf, py, this;
-    /// Bias of the raw gyro where no temperature is known: (3,).
+    /// Bias of the raw gyro without a known temperature: (3,).
     gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().gyro_bias);
     /// Bias of the raw accelerometer: (3,).
     accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().accel_bias);
-    /// The gyro's bias over temperature, as given; None without.
+    /// Bias of the gyro over temperature, as given; None if it was not given.
     temperature: Option<Bound<'py, PyDict>> = {
         let Some(curve) = this.shared.bank.correction().temperature else { return Ok(None) };
         let found = PyDict::new(py);
@@ -211,9 +212,9 @@ getters! { ImuCorrector, slf, py, this;
         found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
         Some(found)
     };
-    /// The present bias of the raw gyro: (3,), with channels (k, 3).
+    /// Present bias of the raw gyro: (3,), with channels (k, 3).
     bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
-    /// The last known force, zero before the first: (3,), with channels (k, 3).
+    /// Last known force, zero before the first force: (3,), with channels (k, 3).
     force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;
     /// Numbers in a sample: 3, 6 or 7.
     inputs: usize = this.shared.bank.width();
@@ -253,7 +254,7 @@ where
     Ok(ImuCorrector { shared: Shared::new(channels, Box::new(bank) as Box<dyn CorrectorBank>)? })
 }
 
-/// The count of a sample's numbers, if it suits the arguments given; each needs so many.
+/// Number of a sample's inputs, if the stated arguments can use it; each argument needs a minimum.
 fn checked_inputs(inputs: Option<i128>, given: &[(&str, bool, i128)]) -> PyResult<i128> {
     let needed = given.iter().filter(|(_, given, _)| *given).map(|(_, _, needs)| *needs).max();
     let inputs = inputs.unwrap_or(needed.unwrap_or(3));

@@ -1,4 +1,4 @@
-//! Calibration of a record, for Python: rotations between rests, orientation.
+//! Calibration from a record, for Python: rotations between static intervals, and orientation.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -10,29 +10,29 @@ use crate::common::work::interruptible;
 
 type Array<'py> = Bound<'py, PyAny>;
 
-/// Rotations of turns, and their sensitivities to errors of the gyro, in one pass over the rates.
+/// Return rotations between static intervals, and their sensitivities to gyro errors.
 ///
-/// The corrected rate is ``w = matrix @ (rate - bias)``, and a step turns by ``(w0 + w1) / 2 * dt +
-/// dt**2 / 12 * cross(w0, w1)``. An error turns by a further psi after the turn, so that a vector
-/// at rest moves there by ``cross(P.T @ u, psi)``.
+/// The corrected rate is ``w = matrix @ (rate - bias)``. The rotation of a step is
+/// ``(w0 + w1) / 2 * dt + dt**2 / 12 * cross(w0, w1)``. A gyro error adds a small rotation psi
+/// after the whole rotation. At rest, a vector u then moves by ``cross(P.T @ u, psi)``.
 ///
 /// Parameters
 /// ----------
 /// rates : array_like, shape (n, 3)
-///     Raw samples of the gyro; what a turn has of missing ones makes it NaN.
+///     Raw samples of the gyro; a missing sample makes its rotation NaN.
 /// steps : array_like, shape (n - 1,)
-///     Seconds from each sample to the next.
+///     Time from each sample to the next, s.
 /// spans : array_like of int, shape (m, 2)
-///     Samples of each turn: the first, and the one after the last.
+///     Samples of each rotation: the first sample, and the sample after the last.
 /// biases : array_like, shape (m, 3)
-///     Bias in each turn.
+///     Bias in each rotation, in the unit of ``rates``.
 /// matrix : array_like, shape (3, 3)
-///     The correction, to rad/s.
+///     Correction matrix, to rad/s.
 ///
 /// Returns
 /// -------
 /// rotations : ndarray, shape (m, 3, 3)
-///     P: from the body's axes after the turn to those before it.
+///     Matrix P, from the body's axes after the rotation to its axes before it.
 /// by_matrix : ndarray, shape (m, 3, 3, 3)
 ///     Derivative of psi_a by element (b, c) of the matrix, at ``[:, a, b, c]``.
 /// by_rate : ndarray, shape (m, 3, 3)
@@ -43,7 +43,7 @@ type Array<'py> = Bound<'py, PyAny>;
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, or a turn that is not within the samples.
+///     An array has another shape, or a rotation is not within the samples.
 #[pyfunction]
 pub fn propagate_turns<'py>(
     py: Python<'py>,
@@ -92,28 +92,28 @@ fn element(turn: &Turn, a: usize, b: usize, c: usize) -> f64 {
     turn.by_matrix[c][(a, b)]
 }
 
-/// Orientation at each sample of a gyro, by integration of its rates.
+/// Return the orientation at each sample of a gyro, by integration of its rates.
 ///
 /// Parameters
 /// ----------
 /// rates : array_like, shape (n, 3)
-///     rad/s, corrected; NaN follows on a missing sample.
+///     Corrected rates, rad/s; orientations after a missing sample are NaN.
 /// steps : array_like, shape (n - 1,)
-///     Seconds from each sample to the next.
+///     Time from each sample to the next, s.
 /// method : str
-///     "backward-euler" (the rate at a step's end), "trapezoid" (the mean of both) or "coning" (and
-///     what the change of the axis adds, for a rate that changes evenly).
+///     "backward-euler" uses the rate at the step's end, "trapezoid" the mean of start and end.
+///     "coning" adds the effect of a changing axis, for a rate that changes linearly.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (n, 4)
-///     Quaternions w, x, y, z: each turns vectors of the body at that sample into the body's axes at
-///     the first one, at which it is 1, 0, 0, 0.
+///     Quaternions w, x, y, z, from the body's axes at the sample to its axes at the first sample.
+///     The first quaternion is 1, 0, 0, 0.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An unknown method, or an array of another shape.
+///     The method is unknown, or an array has another shape.
 #[pyfunction]
 pub fn integrate_rates<'py>(
     py: Python<'py>,
@@ -145,7 +145,7 @@ fn timed(rates: &Bound<'_, PyAny>, steps: &Bound<'_, PyAny>) -> PyResult<(Record
     Ok((rates, steps))
 }
 
-/// A turn of at least one of `n` samples.
+/// Sample range of a rotation, at least one of `n` samples.
 fn within([first, last]: &[f64; 2], n: usize) -> PyResult<std::ops::Range<usize>> {
     let whole = |x: f64| (x >= 0.0 && x <= n as f64 && x.trunc() == x).then_some(x as usize);
     match (whole(*first), whole(*last)) {

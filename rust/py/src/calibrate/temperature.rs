@@ -12,15 +12,15 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 
 /// Bias of a gyro and its change with temperature, learned live at rest.
 ///
-/// `update` returns the bias at the current temperature. It is learned from ticks of a quarter of a
-/// second at rest, as a `RestDetector` finds it, and held in motion, where it follows the
-/// temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]`` differ
-/// in the random walk of the bias and are weighted by their likelihoods; there is nothing to tune.
+/// `update` returns the bias at the current temperature. A `RestDetector` finds rest, in ticks of a
+/// quarter of a second. At rest the bias is learned; in motion it follows the temperature only.
+/// Kalman filters have the states bias and slope, and ``H = [1, T - reference]``. They differ in
+/// the random walk of the bias and are weighted by their likelihoods. There is nothing to tune.
 ///
-/// A thermometer with a resolution of whole degrees is averaged over the ticks between two of its
-/// steps. A rate or a temperature that is not finite is missing: the bias is then held, or learned
-/// at the last temperature. Before the first rest the bias is zero. One object serves one thread at
-/// a time.
+/// If a thermometer has a resolution of whole degrees, it is averaged over the ticks between two of
+/// its steps. A rate or temperature that is not finite is missing. Without a rate the bias is held;
+/// without a temperature the last one is used. Before the first rest the bias is zero. One object
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -29,16 +29,16 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// reference : float, default 25.0
 ///     Temperature of the bias state, degC; without effect once the slope is known.
 /// slope : float, optional
-///     Prior of the slope, the gyro's unit per kelvin; by default zero, with a standard deviation
-///     of one sample's noise per kelvin.
+///     Prior of the slope, the gyro's unit per kelvin. The default is zero, with a standard
+///     deviation of one sample's noise per kelvin.
 /// slope_sigma : float, optional
-///     Its standard deviation; by default a stated slope is exact.
+///     Standard deviation of ``slope``; by default a stated slope is exact.
 /// walk : float, optional
-///     Random walk of the bias, unit per root second; by default it is learned.
+///     Random walk of the bias, the gyro's unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
 ///     As in `RestDetector`.
 /// channels : int, optional
-///     Number of signals; ``None`` is a single one.
+///     Number of signals; ``None`` is a single signal without a channel axis.
 ///
 /// Raises
 /// ------
@@ -72,7 +72,7 @@ impl TemperatureFilter {
         rate, *, reference=25.0, slope=None, slope_sigma=None, walk=None, rest_limit=None,
         bias_limit=None, channels=None
     ))]
-    // The arguments are those of the class in Python.
+    // The arguments are the same as in the Python class.
     #[allow(clippy::too_many_arguments)]
     fn new(
         rate: f64,
@@ -92,8 +92,9 @@ impl TemperatureFilter {
         Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
-    /// Process one sample and its temperature, degC or None, and return the bias: floats to float,
-    /// with channels (k,) and one temperature or (k,) to (k,).
+    /// Process one sample and its temperature, degC or None, and return the bias.
+    ///
+    /// Floats give a float. With channels, (k,) and one temperature or (k,) give (k,).
     #[pyo3(signature = (z, temperature=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -117,8 +118,10 @@ impl TemperatureFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and one
-    /// temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
+    /// Process each sample of a batch and return the biases: (n,) and (n,) to (n,).
+    ///
+    /// With channels the samples and biases are (n, k). The temperatures are (n,), the same for all
+    /// channels, or (n, k). The interpreter lock is released.
     #[pyo3(signature = (z, temperature, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -159,18 +162,19 @@ impl TemperatureFilter {
 }
 
 getters! { TemperatureFilter, slf, py, this;
-    /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
+    /// Bias at the last temperature, zero before the first rest: float, with channels (k,).
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of the mean bias over the next 10 s at the last temperature; before the
-    /// first rest the largest sample to date, and no less than the bias while the assumed rest may
-    /// be motion: float, with channels (k,).
+    /// Standard deviation of the mean bias over the next 10 s: float, with channels (k,).
+    ///
+    /// It is valid at the last temperature. Before the first rest it is the largest sample to date.
+    /// While the assumed rest may be motion, it is at least as large as the bias.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
     /// Standard deviation of ``slope``, zero before it is known: float, with channels
     /// (k,).
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
-    /// True if the gyro rests, and the bias is being learned: bool, with channels (k,).
+    /// True if the gyro rests and the bias is being learned: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
@@ -180,7 +184,7 @@ getters! { TemperatureFilter, slf, py, this;
     reference: f64 = this.first().params().reference;
 }
 
-/// Temperatures for rates whose shape is given: one for each, or for each row.
+/// Temperatures for rates of a known shape: one for each rate, or one for each row.
 fn temperatures(z: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
     let (whole, rows) = (arrays::tuple(shape), arrays::tuple(&shape[..1]));
     let expected = if shape.len() == 1 { whole } else { format!("{whole} or {rows}") };

@@ -24,7 +24,7 @@ pub struct Record {
     pub shape: Vec<usize>,
 }
 
-/// One sample: a float, anything that converts to one, or `None` for a missing one.
+/// One sample: a float, a value that converts to a float, or `None` for a missing sample.
 #[inline]
 pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     if let Ok(value) = z.cast_exact::<PyFloat>() {
@@ -41,7 +41,7 @@ pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     })
 }
 
-/// The number in what only the package's rule of missing values knows, such as pandas' NA.
+/// The number in a missing value that only the package's rule recognises, such as the NA of pandas.
 #[cold]
 fn missing(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     let read = floats(z)?;
@@ -56,10 +56,10 @@ pub fn record(z: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(record.values)
 }
 
-/// Samples of a batch: read where they stand, or copied where they stand otherwise.
+/// Samples of a batch, read in place or copied.
 ///
-/// While they are read in place the interpreter is released; whoever writes into the array
-/// meanwhile gets outputs of old and new samples.
+/// While they are read in place, the interpreter lock is released. If another thread writes into
+/// the array meanwhile, outputs mix old and new samples.
 #[derive(Debug)]
 pub enum Samples<'py> {
     InPlace(PyReadonlyArrayDyn<'py, f64>),
@@ -81,14 +81,14 @@ impl Samples<'_> {
         }
     }
 
-    /// The same as a copy, which sets the array free.
+    /// The same samples as a copy; the array is then free for changes.
     pub fn copied(self) -> PyResult<Self> {
         let (values, shape) = (copy(self.values()?)?, self.shape().to_vec());
         Ok(Self::Copied(Record { values, shape }))
     }
 }
 
-/// The samples of a batch: rows of these axes.
+/// The samples of a batch, for rows of these axes.
 pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'py>> {
     let floats = floats(z)?;
     let array = floats.cast::<PyArrayDyn<f64>>()?;
@@ -104,9 +104,10 @@ pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'
     copied(&floats).map(Samples::Copied)
 }
 
-/// Arguments of an object's method, Python's None for those that are not given, in which logs and data
-/// frames have become arrays: by the package's rule, which asks the object for its rate and units. To be
-/// called before the object is borrowed.
+/// Arguments of an object's method, in which logs and data frames have become arrays.
+///
+/// Arguments that are not given are Python's None. The package's rule asks the object for its rate
+/// and units: call this before the object is borrowed.
 pub fn taken<'py, T, const N: usize>(
     owner: &Bound<'py, T>,
     names: [&str; N],
@@ -119,7 +120,7 @@ pub fn taken<'py, T, const N: usize>(
     rules::call(owner.py(), Rule::Samples, (owner.as_any(), names, given))?.extract()
 }
 
-/// True if it tells nothing of itself, neither rate nor unit.
+/// True if the value has neither a rate nor a unit.
 fn is_usual(z: &Bound<'_, PyAny>) -> bool {
     z.is_exact_instance_of::<PyUntypedArray>()
         || z.is_exact_instance_of::<PyFloat>()
@@ -127,12 +128,12 @@ fn is_usual(z: &Bound<'_, PyAny>) -> bool {
         || z.is_exact_instance_of::<PyTuple>()
 }
 
-/// An argument that may be left out.
+/// An optional argument.
 pub fn present<'a, 'py>(z: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyAny>> {
     (!z.is_none()).then_some(z)
 }
 
-/// One row of samples, of these axes; None is a missing one.
+/// One row of samples with these axes; None is a missing row.
 pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
     if z.is_none() {
         return Ok(vec![f64::NAN; axes.iter().product()]);
@@ -145,15 +146,15 @@ pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
     Ok(samples.values)
 }
 
-/// Records side by side, each in a buffer of its own.
+/// Parallel records, each in its own buffer.
 #[derive(Debug)]
 pub struct Columns {
     pub values: Vec<Vec<f64>>,
-    /// The length of the second axis, if there is one.
+    /// Length of the second axis, if there is a second axis.
     pub axes: Option<usize>,
 }
 
-/// Rows that are copied column by column before the next ones.
+/// Number of rows that are copied column by column before the next rows.
 const ROWS: usize = 4096;
 
 /// The columns of an array of shape `(n,)` or `(n, k)`, each with room for one more value.
@@ -186,7 +187,7 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
     Ok(Columns { values, axes })
 }
 
-/// One axis, shape `(n,)`, to be read in place; an array is copied only if it is not contiguous.
+/// One axis, shape `(n,)`, read in place; an array is copied only if it is not contiguous.
 pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
     let floats = floats(z)?;
     let array = aligned(&floats)?;
@@ -198,7 +199,7 @@ pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> 
     Ok(plain.cast_into::<PyArray1<f64>>()?.try_readonly()?)
 }
 
-/// The numbers of an argument by its name, row after row, if its shape fits.
+/// The numbers of a named argument, row after row, if its shape fits.
 pub fn named(
     name: &str,
     z: &Bound<'_, PyAny>,
@@ -210,7 +211,7 @@ pub fn named(
     Ok(record)
 }
 
-/// The flags of an argument by its name, one a sample, copied.
+/// The flags of a named argument, one per sample, copied.
 pub fn flags(name: &str, given: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<bool>> {
     let array = given.py().import("numpy")?.call_method1("ascontiguousarray", (given,))?;
     let array = array.cast::<PyArrayDyn<bool>>().map_err(|_| {
@@ -243,8 +244,8 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Record> {
     copied(&floats(z)?)
 }
 
-/// Finds the functions of NumPy, which later calls expect to be there: an interrupt of the very first
-/// of them would be a panic.
+/// Imports the functions of NumPy that later calls need. An interrupt during the first later call
+/// would be a panic.
 pub fn find_numpy(py: Python<'_>) -> PyResult<()> {
     numpy::get_array_module(py).map(|_| ())
 }
@@ -261,7 +262,7 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         return Err(no_numbers("object"));
     }
     let array = rules::call(z.py(), Rule::WithoutMasks, (z,)).map_err(|error| {
-        // Who interrupts the first call of the rule, which imports it, says nothing of the array.
+        // An interrupt of the rule's first call, which imports it, is no error of the array.
         if !error.is_instance_of::<PyException>(z.py()) {
             return error;
         }
@@ -284,7 +285,7 @@ fn no_numbers(dtype: impl Display) -> PyErr {
     ))
 }
 
-/// The elements of a float64 array, row after row, whatever its layout.
+/// The elements of a float64 array, row after row, for any layout.
 fn copied(array: &Bound<'_, PyAny>) -> PyResult<Record> {
     let array = array.cast::<PyArrayDyn<f64>>()?;
     let shape = array.shape().to_vec();
@@ -301,7 +302,7 @@ fn copy(values: &[f64]) -> PyResult<Vec<f64>> {
     Ok(memory::copied(values).map_err(NativeError::from)?)
 }
 
-/// The array itself, or a copy if an element or a stride is not where a float64 may stand.
+/// The array itself, or a copy if an element or a stride is not aligned for float64.
 fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let array = floats.cast::<PyArrayDyn<f64>>()?;
     if is_readable(array.data(), array.strides()) {
@@ -310,7 +311,7 @@ fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f6
     Ok(array.call_method1("copy", ("C",))?.cast_into()?)
 }
 
-/// Row after row without gaps, each element where one may stand.
+/// True if the rows are contiguous and each element is aligned.
 pub fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
     array.is_c_contiguous() && array.data().is_aligned()
 }
@@ -323,7 +324,7 @@ fn describe(z: &Bound<'_, PyAny>) -> String {
     }
 }
 
-/// The array that `out=` names: of these elements, writeable, of the shape of the input.
+/// The array of `out=`, if it has these elements, is writeable and has the input's shape.
 pub fn check_out<'a, 'py, T: Element>(
     out: &'a Bound<'py, PyAny>,
     shape: &[usize],
@@ -352,21 +353,23 @@ pub fn copy_to<T: Element>(out: &Bound<'_, PyArrayDyn<T>>, values: Vec<T>) -> Py
     Ok(())
 }
 
-/// A new array of one number a channel: for so few, copying them beats handing over their memory.
+/// A new array with one number per channel. For few numbers a copy is faster than a transfer of
+/// memory.
 #[inline]
 pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, row).into_any()
 }
 
-/// Elements of an array that is copied rather than handed over.
+/// Elements of an array that is copied, not transferred.
 const FEW: usize = 16;
 
-/// Elements of an array that NumPy's C interface makes; it fails where there is no memory.
+/// Elements of an array that NumPy's C interface creates; it fails if there is no memory.
 const SMALL: usize = 1 << 12;
 
-/// Rows of `width` numbers, made of columns that begin at a place and have so many numbers in a row;
-/// NaN where no column is. A column of fewer rows gives each of them to as many rows in turn, as one
-/// time of an instant to all of its channels.
+/// Rows of `width` numbers from columns; NaN where there is no column.
+///
+/// A column has its first position in the row and its count of numbers per row. A column with fewer
+/// rows repeats each row equally often, for example one time for all channels.
 pub fn side_by_side(
     width: usize,
     rows: usize,
@@ -413,26 +416,26 @@ pub fn array<'py, T: Element>(
     values: Vec<T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
-    // One of few numbers is made sooner than its memory is handed over and its shape changed.
+    // A small array is created faster directly than by a transfer of memory and a change of shape.
     match shape {
         [n] if *n <= FEW => Ok(small(py, &values)),
         _ => Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any()),
     }
 }
 
-/// The rows of a block (k, n), one row per axis, each without gaps between its samples.
+/// The rows of a block (k, n), one row per axis; the samples of a row are contiguous.
 pub fn rows<'a, T>(name: &str, block: &'a ArrayView2<'_, T>) -> PyResult<Vec<&'a [T]>> {
     let row = |i: usize| block.row(i).to_slice();
     (0..block.nrows()).map(|i| row(i).ok_or_else(|| gaps(name))).collect()
 }
 
-/// The rows of a block to be filled.
+/// The rows of a block, to be written.
 pub fn rows_mut<'a, T>(name: &str, block: ArrayViewMut2<'a, T>) -> PyResult<Vec<&'a mut [T]>> {
     let rows = block.into_outer_iter_mut();
     rows.map(|row| row.into_slice().ok_or_else(|| gaps(name))).collect()
 }
 
-/// Refuses a block of another shape.
+/// Refuses a block with another shape.
 pub fn check(name: &str, got: &[usize], expected: &[usize]) -> PyResult<()> {
     if got == expected {
         return Ok(());

@@ -1,4 +1,4 @@
-//! One row of numbers in a common type, read without a call into NumPy, which takes ten times as long.
+//! Fast reading of one row of numbers in a common type. A call into NumPy takes ten times as long.
 
 use numpy::{
     Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray,
@@ -26,7 +26,7 @@ pub fn three(z: &Bound<'_, PyAny>) -> Option<[f64; 3]> {
 
 #[inline]
 fn fill(z: &Bound<'_, PyAny>, axes: &[usize], row: &mut [f64]) -> Option<()> {
-    // Exactly an array: a masked one is read otherwise.
+    // Only arrays of exactly this type: masked arrays are read elsewhere.
     if let Ok(array) = z.cast_exact::<PyUntypedArray>() {
         return (array.shape() == axes).then(|| fill_from_array(array, row))?;
     }
@@ -50,7 +50,7 @@ fn fill_from_numbers<'py>(
     Some(())
 }
 
-/// Return the value of a Python or NumPy number, which is neither a bool nor complex.
+/// Return the value of a Python or NumPy number; bool and complex are refused.
 fn number(z: &Bound<'_, PyAny>) -> Option<f64> {
     if let Ok(float) = z.cast::<PyFloat>() {
         return Some(float.value());

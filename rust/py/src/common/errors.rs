@@ -4,7 +4,7 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyVal
 use pyo3::prelude::*;
 use zerorate_core::Error;
 
-/// Carries an error of the core to Python: a bad value, unless memory ran out or work was stopped.
+/// Converts an error of the core: ValueError, MemoryError, or the reason why the work was stopped.
 #[derive(Debug)]
 pub struct NativeError(Error);
 
@@ -26,15 +26,15 @@ impl From<NativeError> for PyErr {
     }
 }
 
-/// A ValueError of an argument, with whose name the message begins: it is in `argument`.
+/// A ValueError whose message begins with the argument's name, taken from `argument`.
 pub fn about(argument: &str, message: String) -> PyErr {
     let error = PyValueError::new_err(message);
-    // Without it the message still says which one it is.
+    // Without the attribute the message still names the argument.
     Python::attach(|py| error.value(py).setattr("argument", argument).ok());
     error
 }
 
-/// Two threads in one filter.
+/// The error for two threads in one filter.
 pub fn in_use() -> PyErr {
     PyRuntimeError::new_err(
         "this filter is in use by another thread: give each thread a filter of its own, \

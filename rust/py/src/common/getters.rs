@@ -1,12 +1,12 @@
-//! Getters of an object, a line each.
+//! Getters of an object, one line each.
 
 use pyo3::prelude::*;
 
-/// Whatever Python takes.
+/// Any value that converts to Python.
 pub type Object<'py> = Bound<'py, PyAny>;
 
-/// Properties of a class: name, type and value. In it stand the object, the interpreter, and the object
-/// as it is read.
+/// Properties of a class: name, type and value. The value may use the object, the interpreter, and
+/// the object borrowed for reading.
 macro_rules! getters {
     (
         $class:ident, $slf:ident, $py:ident, $this:ident;

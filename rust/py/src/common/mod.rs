@@ -1,4 +1,4 @@
-//! Conversion of arrays, errors, and what all streaming classes share.
+//! Conversion of arrays, errors, and the parts that all streaming classes share.
 
 pub mod arrays;
 pub mod elements;

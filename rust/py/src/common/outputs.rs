@@ -1,4 +1,4 @@
-//! Outputs of several parts, each in an array of its own.
+//! Outputs of several parts, each in its own array.
 
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
@@ -10,12 +10,12 @@ use super::errors::NativeError;
 use super::streaming::{AnyBank, axes_of, places};
 use super::work::in_pieces;
 
-/// Rows whose outputs are taken apart before the next ones: they stay in the cache. Threads pay for
-/// more of them only.
+/// Rows whose outputs are separated before the next rows: they stay in the cache. Threads are
+/// faster only with more rows.
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 16;
 
-/// An array for each part of an output, for as many records as the axes before its own make.
+/// One array per part of an output; `shape` gives the axes of the records.
 pub struct Outputs<'py> {
     fields: &'static [Field],
     arrays: Vec<Array<'py>>,
@@ -26,7 +26,7 @@ enum Array<'py> {
     Flags(Bound<'py, PyArrayDyn<bool>>),
 }
 
-/// Content of an array, and the numbers that a record takes in it.
+/// Content of an array, and the count of its numbers per record.
 enum Part<'a> {
     Numbers(&'a mut [f64], usize),
     Flags(&'a mut [bool]),
@@ -34,7 +34,8 @@ enum Part<'a> {
 
 impl<'py> Outputs<'py> {
     pub fn new(py: Python<'py>, fields: &'static [Field], axes: &[usize]) -> PyResult<Self> {
-        // NumPy's memory comes in huge pages: small ones would take longer than most of the work.
+        // NumPy allocates huge pages. With small pages the allocation would take longer than most
+        // of the work.
         let array = |field: &Field| {
             let shape = [axes, &axes_of(field.shape)].concat();
             Ok(match field.shape {
@@ -45,7 +46,7 @@ impl<'py> Outputs<'py> {
         Ok(Self { fields, arrays: fields.iter().map(array).collect::<PyResult<_>>()? })
     }
 
-    /// Puts down what a bank makes of rows.
+    /// Writes the outputs of a bank for these rows.
     pub fn fill<B: AnyBank + ?Sized>(
         &mut self,
         py: Python<'py>,
@@ -110,7 +111,7 @@ impl<'py> Outputs<'py> {
     }
 }
 
-/// Puts the numbers and flags of records, from the `first`th on, where they belong.
+/// Writes numbers and flags of records into the arrays, beginning with record `first`.
 fn take_apart(
     parts: &mut [Part<'_>],
     first: usize,

@@ -1,5 +1,5 @@
-//! Rules of the package that compiled classes go by: it says where they are when it is imported, so that
-//! nothing here knows a name in it.
+//! Rules of the package for the compiled classes. The package registers them at import, and nothing
+//! here depends on a name in the package.
 
 use std::sync::{PoisonError, RwLock};
 
@@ -10,24 +10,24 @@ use pyo3::prelude::*;
 /// Rules that the package has registered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// A value in another unit, of the value and both units.
+    /// Converts a value from one unit to another; the arguments are value and units.
     Convert,
-    /// An array in which masked values, None and the NA of pandas are NaN.
+    /// Converts to an array in which masked values, None and the NA of pandas are NaN.
     WithoutMasks,
-    /// Arguments of an object, logs and data frames as their samples in its units.
+    /// Converts an object's arguments: logs and data frames become samples in its units.
     Samples,
-    /// Run of a linear filter on a record, of arrays by name.
+    /// Creates the run of a linear filter on a record, from arrays by name.
     LinearRun,
-    /// Trace of a drift filter on a record, of arrays by name.
+    /// Creates the trace of a drift filter on a record, from arrays by name.
     Trace,
-    /// The track of a recording, of a filter and what its `process` was given.
+    /// Creates the track of a recording, from a filter and the arguments of its `process`.
     Navigate,
 }
 
 const NAMES: [&str; 6] = ["convert", "without_masks", "samples", "linear_run", "trace", "navigate"];
 static RULES: [RwLock<Option<Py<PyAny>>>; 6] = [const { RwLock::new(None) }; 6];
 
-/// Takes the functions that compiled classes call, by name.
+/// Registers the functions that compiled classes call, by name.
 #[pyfunction]
 #[pyo3(signature = (**rules))]
 pub fn register(rules: Option<&Bound<'_, pyo3::types::PyDict>>) -> PyResult<()> {
@@ -40,7 +40,7 @@ pub fn register(rules: Option<&Bound<'_, pyo3::types::PyDict>>) -> PyResult<()> 
     Ok(())
 }
 
-/// The function itself.
+/// The registered function.
 pub fn function(py: Python<'_>, rule: Rule) -> PyResult<Bound<'_, PyAny>> {
     let known = RULES[rule as usize].read().unwrap_or_else(PoisonError::into_inner);
     let known = known.as_ref().map(|known| known.bind(py).clone());

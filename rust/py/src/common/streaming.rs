@@ -1,4 +1,4 @@
-//! Streaming classes of Python: a bank that one thread uses at a time, and the methods of all.
+//! Streaming classes of Python: a bank that one thread uses at a time, and their common methods.
 
 use std::any::Any;
 use std::fmt;
@@ -19,18 +19,18 @@ use super::errors::{NativeError, about, in_use};
 use super::outputs::Outputs;
 use super::work::in_pieces;
 
-/// A bank whose streams only the box knows.
+/// A bank of streams; the stream's type is known only inside the box.
 pub trait AnyBank: Any + Send + Sync {
     /// Numbers in a sample.
     fn width(&self) -> usize;
     /// Parts of an output.
     fn fields(&self) -> &'static [Field];
     fn channels(&self) -> usize;
-    /// Bytes of its state.
+    /// Bytes of the bank's state.
     fn bytes(&self) -> usize;
     /// An independent bank in the same state.
     fn try_clone(&self) -> Result<Box<dyn Any + Send>, Error>;
-    /// Take over the state of a clone.
+    /// Takes over the state of a clone.
     fn replace_with(&mut self, other: Box<dyn Any + Send>);
     fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]);
     fn process(
@@ -95,10 +95,10 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
     }
 }
 
-/// A bank whose streams take a flag of the body's motion.
+/// A bank whose streams accept a flag of the body's motion.
 pub trait MotionBank: AnyBank {
-    /// Takes rows, at the end of each of which the body is known to move, or nothing is known of
-    /// it.
+    /// Processes rows. At the end of each row the body either is known to move, or its motion is
+    /// unknown.
     fn process_while(
         &mut self,
         rows: &[f64],
@@ -129,22 +129,22 @@ where
     }
 }
 
-/// A bank of `channels` channels, or of a single signal for `None`.
+/// A bank of `channels` channels, or of a single signal if `None`.
 pub struct Shared<B: ?Sized> {
     pub channels: Option<usize>,
     /// Output of a sample.
     output: Kind,
     /// Axes of one row of samples.
     axes: Vec<usize>,
-    /// Those that an output of one part adds to its channels.
+    /// Axes that an output of one part adds to its channels.
     part: Vec<usize>,
-    /// Places for the outputs of one row.
+    /// Number of values in the outputs of one row.
     numbers: Vec<f64>,
     flags: Vec<bool>,
     pub bank: Box<B>,
 }
 
-// Without the state: text of every kind of stream would be a twentieth of the library.
+// The state is left out: text for every kind of stream would be a twentieth of the library.
 impl<B: ?Sized> fmt::Debug for Shared<B> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Shared").field("channels", &self.channels).finish_non_exhaustive()
@@ -162,7 +162,7 @@ enum Kind {
     Several,
 }
 
-/// The object, to change it, if no other thread is using it.
+/// The object, borrowed for changes; an error if another thread is using it.
 #[inline]
 pub fn exclusive<'py, T: PyClass<Frozen = False>>(
     object: &Bound<'py, T>,
@@ -170,12 +170,12 @@ pub fn exclusive<'py, T: PyClass<Frozen = False>>(
     object.try_borrow_mut().map_err(|_| in_use())
 }
 
-/// The object, to read it, if no other thread is changing it.
+/// The object, borrowed for reading; an error if another thread is changing it.
 pub fn reading<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<PyRef<'py, T>> {
     object.try_borrow().map_err(|_| in_use())
 }
 
-/// A number that Python gave and that must be at least one.
+/// A number from Python that must be at least one.
 pub fn positive(name: &str, value: i128) -> PyResult<usize> {
     usize::try_from(value)
         .ok()
@@ -183,12 +183,12 @@ pub fn positive(name: &str, value: i128) -> PyResult<usize> {
         .ok_or_else(|| about(name, format!("{name} must be at least 1, got {value}")))
 }
 
-/// The number of channels that Python gave, which must not be zero.
+/// The number of channels from Python, which must not be zero.
 pub fn channels(given: Option<i128>) -> PyResult<Option<usize>> {
     given.map(|value| positive("channels", value)).transpose()
 }
 
-/// The number of threads that Python gave, one if it gave none; more than channels are no harm.
+/// The number of threads from Python, one by default; it may exceed the number of channels.
 pub fn threads(given: Option<i128>) -> PyResult<usize> {
     given.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))
 }
@@ -232,14 +232,14 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         }
     }
 
-    /// Takes one row of samples.
+    /// Processes one row of samples.
     #[inline]
     pub fn update_row<'py>(&mut self, py: Python<'py>, row: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         self.bank.update(row, &mut self.numbers, &mut self.flags);
         self.answer(py)
     }
 
-    /// The output of the last row.
+    /// Output of the last row.
     #[inline]
     fn answer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match (self.output, self.channels) {
@@ -258,7 +258,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         }
     }
 
-    /// Takes a batch; returns an array, or a tuple of them for an output of several parts.
+    /// Processes a batch; returns an array, or a tuple of arrays for an output of several parts.
     pub fn process<'py>(
         &mut self,
         z: &Bound<'py, PyAny>,
@@ -268,7 +268,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         self.process_samples(z.py(), arrays::samples(z, &self.axes)?, out, threads)
     }
 
-    /// The same with a batch that has been read.
+    /// Processes a batch that has been read.
     pub fn process_samples<'py>(
         &mut self,
         py: Python<'py>,
@@ -311,7 +311,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         }
     }
 
-    /// Samples straight into the array that is returned.
+    /// Writes the outputs directly into the array that is returned.
     fn fill<'py, T: numpy::Element + Copy + Default + Send>(
         &mut self,
         py: Python<'py>,
@@ -336,12 +336,12 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         &self.axes
     }
 
-    /// Axes of what is returned for one row, if it is one part.
+    /// Axes of the output for one row, if the output has one part.
     fn row_axes(&self) -> Vec<usize> {
         self.channels.into_iter().chain(self.part.iter().copied()).collect()
     }
 
-    /// Axes of what is returned for `n` rows, before those of a field.
+    /// Axes of the output for `n` rows, before the axes of a field.
     pub fn batch_axes(&self, n: usize) -> Vec<usize> {
         std::iter::once(n).chain(self.channels).collect()
     }
@@ -354,7 +354,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         })
     }
 
-    /// One number a channel: a float for a single signal, else an array.
+    /// One number per channel: a float for a single signal, else an array.
     pub fn numbers<'py, T>(&self, py: Python<'py>, values: Vec<T>) -> PyResult<Bound<'py, PyAny>>
     where
         T: numpy::Element + IntoPyObjectExt<'py> + Copy,
@@ -362,7 +362,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         self.arrays(py, values, &[])
     }
 
-    /// One array of `shape` a channel, stacked for several channels.
+    /// One array of `shape` per channel, stacked for several channels.
     pub fn arrays<'py, T>(
         &self,
         py: Python<'py>,
@@ -379,7 +379,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         }
     }
 
-    /// One field of an output that each channel has, found by its name.
+    /// One field of each channel's output, found by its name.
     pub fn field<'py>(
         &self,
         py: Python<'py>,
@@ -403,7 +403,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
 }
 
 impl<S> Shared<Bank<S>> {
-    /// One value a channel.
+    /// One value per channel.
     pub fn each<'py, T>(&self, py: Python<'py>, of: impl Fn(&S) -> T) -> PyResult<Bound<'py, PyAny>>
     where
         S: Stream + Checkpoint + Clone + Send + Sync + 'static,
@@ -414,7 +414,7 @@ impl<S> Shared<Bank<S>> {
 }
 
 impl<B: MotionBank + ?Sized> Shared<B> {
-    /// [`update`](Self::update) where the body is known to move.
+    /// [`update`](Self::update) while the body is known to move.
     pub fn update_moving<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let row = match self.channels {
             None => vec![arrays::sample(z)?],
@@ -424,7 +424,7 @@ impl<B: MotionBank + ?Sized> Shared<B> {
         self.answer(z.py())
     }
 
-    /// [`process`](Self::process) of samples with the known motion of the body at each.
+    /// [`process`](Self::process) of samples, with a flag of known motion for each sample.
     pub fn process_while<'py>(
         &mut self,
         z: &Bound<'py, PyAny>,
@@ -446,8 +446,8 @@ impl<B: MotionBank + ?Sized> Shared<B> {
     }
 }
 
-/// The call that makes such an object: arguments with the text of their value and of their default,
-/// which is left out.
+/// The call that creates such an object. Each argument has the text of its value and of its
+/// default; an argument equal to its default is left out.
 pub fn call(class: &str, arguments: &[(&str, String, &str)], channels: Option<usize>) -> String {
     let other = arguments.iter().filter(|(_, value, default)| value != default);
     let named = other.map(|(name, value, _)| format!("{name}={value}"));
@@ -460,7 +460,7 @@ pub fn text(number: impl Into<Option<f64>>) -> String {
     number.into().map_or_else(|| "None".to_owned(), |number| format!("{number:?}"))
 }
 
-/// Words as a sentence lists them.
+/// Joins words as in a sentence.
 pub fn quoted(words: &[&str], last: &str) -> String {
     let words: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
     match words.split_last() {
@@ -470,7 +470,7 @@ pub fn quoted(words: &[&str], last: &str) -> String {
     }
 }
 
-/// Function from rows to numbers or flags, whatever the bank: compiled once for each of the two.
+/// Function from rows to numbers or flags for any bank: compiled once for each of the two.
 type Filling<'a, T> = dyn FnMut(&[f64], &mut [T]) -> PyResult<()> + 'a;
 
 /// The output of `filling` for samples, in `out` or in a new array of this shape.
@@ -497,7 +497,7 @@ fn put_into<'py, T: numpy::Element + Copy + Default + Send>(
         arrays::copy_to(array, filled)?;
         return Ok(out.clone());
     }
-    // Samples may be filtered in their own place.
+    // In-place filtering is allowed.
     if array.try_readwrite().is_err() {
         samples = samples.copied()?;
     }
@@ -506,7 +506,7 @@ fn put_into<'py, T: numpy::Element + Copy + Default + Send>(
     Ok(out.clone())
 }
 
-/// The range of some rows' numbers.
+/// Range of the numbers in some rows.
 pub fn places(rows: Range<usize>, width: usize) -> Range<usize> {
     rows.start * width..rows.end * width
 }
@@ -520,7 +520,7 @@ pub fn axes_of(shape: Shape) -> Vec<usize> {
     }
 }
 
-/// One array a field, with these axes before its own.
+/// One array per field, with these axes before the field's own axes.
 pub fn arrays_of<'py>(
     py: Python<'py>,
     parts: Parts,
@@ -535,9 +535,9 @@ pub fn arrays_of<'py>(
     parts.into_fields().map(array).collect()
 }
 
-/// The methods that all streaming classes share. `out` names those that have an output to put
-/// somewhere; `moving` those that take a flag of the body's motion, after `check_motion`. A class
-/// whose samples are several arguments has its own `update` and `process`.
+/// The methods that all streaming classes share. `out` names methods that can write their output
+/// into a given array. `moving` names methods that accept a flag of the body's motion, after
+/// `check_motion`. A class with several arrays per sample has its own `update` and `process`.
 macro_rules! streaming {
     ($class:ident, update: $update:literal, process: $process:literal, moving) => {
         streaming!($class);
@@ -601,14 +601,14 @@ macro_rules! streaming {
 
         #[pymethods]
         impl $class {
-            /// Number of signals, None for a single one.
+            /// Number of signals, None for a single signal.
             #[getter]
             fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
                 Ok($crate::common::streaming::reading(slf)?.shared.channels)
             }
         }
     };
-    // A class whose streams are all of one type.
+    // A class whose streams all have one type.
     (@bank $class:ident, $core:ty) => {
         impl $class {
             fn restored(bytes: &[u8]) -> Result<Self, zerorate_core::Error> {
@@ -644,7 +644,8 @@ macro_rules! streaming {
             }
 
             /// Return the object saved by ``to_bytes``; it continues with identical results.
-            /// ValueError if the bytes are not such an object.
+            ///
+            /// ValueError if the bytes do not hold such an object.
             #[staticmethod]
             fn from_bytes(b: &[u8]) -> PyResult<Self> {
                 Ok(Self::restored(b).map_err($crate::common::errors::NativeError::from)?)

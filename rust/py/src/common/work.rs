@@ -1,4 +1,4 @@
-//! Long work that Ctrl-C ends: without the interpreter's lock, looking now and then for signals.
+//! Long work without the interpreter's lock, which checks for signals and stops at Ctrl-C.
 
 use std::any::Any;
 use std::ops::Range;
@@ -17,19 +17,19 @@ use super::streaming::AnyBank;
 /// Interval between checks for signals.
 const BETWEEN: Duration = Duration::from_millis(50);
 
-/// Samples whose work takes no longer than a thread to start.
+/// Number of samples that take no longer than the start of a thread.
 const FEW: usize = 1 << 12;
 
-/// Samples that any filter takes in some hundredths of a second.
+/// Number of samples that any filter processes in some hundredths of a second.
 const PIECE: usize = 1 << 17;
 
 /// Bytes of a state that are copied in the time of one sample.
 const BYTES_A_SAMPLE: usize = 16;
 
-/// Runs work on so many samples and returns its result.
+/// Runs work on this number of samples and returns its result.
 ///
-/// It is done on a thread of its own: Python handles signals on the main thread alone, which looks
-/// for them meanwhile.
+/// The work runs on its own thread, because only the main thread of Python handles signals.
+/// Meanwhile the main thread checks for them.
 pub fn interruptible<R: Send>(
     py: Python<'_>,
     samples: usize,
@@ -41,7 +41,7 @@ pub fn interruptible<R: Send>(
     Ok(found.ok_or(Error::Stopped).map_err(NativeError::from)?)
 }
 
-/// Type-erased work, so that all this is compiled once.
+/// Type-erased work, so that this code is compiled once.
 type Run<'a> = &'a mut (dyn FnMut() + Send);
 
 fn watched(py: Python<'_>, samples: usize, run: Run<'_>) -> PyResult<()> {
@@ -49,7 +49,7 @@ fn watched(py: Python<'_>, samples: usize, run: Run<'_>) -> PyResult<()> {
     let mut run = || stop.run(&mut *run);
     py.detach(|| {
         let watched = (samples > FEW).then(|| on_a_thread(&mut run, &stop)).flatten();
-        // Where no thread is to be had it is done here, and no signal looked for.
+        // If no thread can be started, the work runs here, without checks for signals.
         watched.unwrap_or_else(|| Ok(run().map_err(NativeError::from)?))
     })
 }
@@ -87,8 +87,8 @@ fn wait(
     Ok(done.map_err(NativeError::from)?)
 }
 
-/// Hands `work` the rows of a batch, piece by piece; if it is interrupted or fails, the bank is as
-/// it was before. A batch of a few rows is one piece.
+/// Gives the rows of a batch to `work`, piece by piece. If the work is interrupted or fails, the
+/// bank returns to its earlier state. A batch of a few rows is one piece.
 pub fn in_pieces<B: AnyBank + ?Sized>(
     py: Python<'_>,
     bank: &mut B,
@@ -98,7 +98,7 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
 ) -> PyResult<()> {
     let (channels, bytes) = (bank.channels(), bank.bytes());
     let at_once = (PIECE * threads.min(channels)).max(bytes / BYTES_A_SAMPLE) / channels;
-    // Without memory for a copy it is done all the same, and no signal looked for.
+    // Without memory for a copy the work runs without checks for signals.
     let before = (rows > at_once).then(|| bank.try_clone().ok()).flatten();
     let length = match before {
         Some(_) => (PIECE * threads.min(channels)).div_ceil(channels),
@@ -107,7 +107,7 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
     each_piece(py, &mut AtWork { bank, work }, rows, length, before)
 }
 
-/// A bank and what is done with it, neither of them part of the type.
+/// A bank and its work; neither is part of the type.
 trait Pieces: Send {
     fn take(&mut self, rows: Range<usize>) -> Result<(), Error>;
     fn replace_with(&mut self, other: Box<dyn Any + Send>);
@@ -139,7 +139,7 @@ fn each_piece(
     length: usize,
     before: Option<Box<dyn Any + Send>>,
 ) -> PyResult<()> {
-    // No row is a piece too: its requests are refused in the same way.
+    // An empty batch is one piece: its arguments are checked in the same way.
     for first in (0..rows.max(1)).step_by(length) {
         let piece = first..rows.min(first + length);
         let done =

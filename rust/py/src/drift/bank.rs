@@ -1,4 +1,4 @@
-//! Drift filters of every method and order behind one trait: a type in the core, a value here.
+//! Drift filters of every method and order behind one trait: each type of the core becomes a value.
 
 use std::ops::Range;
 
@@ -15,10 +15,10 @@ use zerorate_core::{
 use crate::common::errors::{NativeError, about};
 use crate::common::streaming::MotionBank;
 
-/// Samples of a channel that are worked on before the next channel's.
+/// Number of samples of one channel that are processed before the next channel.
 const ROWS: usize = 512;
 
-/// A drift filter whose method and order only the box knows.
+/// A drift filter; its method and order are known only inside the box.
 pub trait AnyDrift {
     fn options(&self) -> Options;
     fn samples_seen(&self) -> u64;
@@ -28,25 +28,25 @@ pub trait AnyDrift {
     fn tally(&self) -> Tally;
     fn ready(&self) -> bool;
     fn status(&self) -> &'static str;
-    /// Densities of the white noise and of the drift's walk.
+    /// Densities of the white noise and of the drift's random walk.
     fn densities(&self) -> [f64; 2];
-    /// Bias instability as learned.
+    /// Learned bias instability.
     fn bias_instability(&self) -> f64;
-    /// Standard deviation of the mean drift over the next seconds; none where that is not known.
+    /// Standard deviation of the mean drift over the next seconds; None if it is unknown.
     fn bias_sigma_over(&self, seconds: f64) -> Option<Result<f64, Error>>;
     /// The parts of a snapshot.
     fn readings(&self) -> &'static [Field];
-    /// Puts down the numbers and flags of a snapshot.
+    /// Writes the numbers and flags of a snapshot.
     fn write(&self, numbers: &mut [f64], flags: &mut [bool]);
     /// The parts of a start.
     fn start(&self) -> &'static [Field];
-    /// Puts down the numbers of what it was started with; false if it learned that itself.
+    /// Writes the numbers of a stated start; false if the filter learned its start.
     fn write_start(&self, numbers: &mut [f64]) -> bool;
-    /// Forgets the drift but not the noise; false if it can't.
+    /// Forgets the drift but not the noise; false if the filter cannot.
     fn power_on(&mut self) -> bool;
-    /// Takes a sample, after which the body is known to move, or nothing is known of it.
+    /// Processes a sample. Afterwards the body is known to move, or its motion is unknown.
     fn take(&mut self, z: f64, moving: bool);
-    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes the state then.
+    /// [`take`](Self::take) for each sample, then notes the state; `moving` is empty if unknown.
     fn follow(&mut self, z: &[f64], moving: &[bool], noted: NotedRow<'_>);
 }
 
@@ -137,7 +137,7 @@ impl<F: DriftStream<f64>> AnyDrift for F {
 pub trait DriftBank: MotionBank {
     /// The filter of a channel.
     fn filter(&self, channel: usize) -> &dyn AnyDrift;
-    /// The filter of a channel, to change it.
+    /// The filter of a channel, for changes.
     fn filter_mut(&mut self, channel: usize) -> &mut dyn AnyDrift;
 }
 
@@ -155,7 +155,7 @@ where
 }
 
 impl dyn DriftBank {
-    /// One value a channel.
+    /// One value per channel.
     pub fn each<T>(&self, of: impl Fn(&dyn AnyDrift) -> T) -> Vec<T> {
         (0..self.channels()).map(|channel| of(self.filter(channel))).collect()
     }
@@ -171,8 +171,8 @@ impl dyn DriftBank {
         Ok((numbers, flags))
     }
 
-    /// Puts down the snapshot after each sample; `moving` is empty, or says of each row whether the
-    /// body is known to move.
+    /// Writes the snapshot after each sample. `moving` is empty, or a flag of known motion for each
+    /// row.
     pub fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error> {
         let (channels, (n, f)) = (self.channels(), sizes(self.filter(0).readings()));
         let known = moving.iter().copied().chain(std::iter::repeat(false));
@@ -186,7 +186,7 @@ impl dyn DriftBank {
         })
     }
 
-    /// The parts of a start, and the numbers of each channel's, for filters that were started.
+    /// The parts of a start, and each channel's numbers, for filters with a stated start.
     pub fn starts(&self) -> Option<(&'static [Field], Vec<f64>)> {
         let fields = self.filter(0).start();
         let (n, _) = sizes(fields);
@@ -195,12 +195,12 @@ impl dyn DriftBank {
         (0..self.channels()).all(&mut started).then_some((fields, numbers))
     }
 
-    /// Forgets the drift but not the noise; false if it can't.
+    /// Forgets the drift but not the noise; false if the filter cannot.
     pub fn power_on(&mut self) -> bool {
         (0..self.channels()).all(|channel| self.filter_mut(channel).power_on())
     }
 
-    /// Fills the drift of each axis, and what is noted of it, in these rows.
+    /// Writes the drift of each axis, and the noted values, for these rows.
     pub fn drift_rows(
         &mut self,
         rows: Range<usize>,
@@ -222,8 +222,8 @@ impl dyn DriftBank {
     }
 }
 
-/// Records of a replay for each axis at every sample: the drift's standard deviation, flag of
-/// learning, and flag of a stuck sensor.
+/// Records of a replay for each axis at every sample: the drift's standard deviation, the flag of
+/// learning, and the flag of a stuck sensor.
 #[derive(Debug)]
 pub struct Noted<'a> {
     pub sigma: Vec<&'a mut [f64]>,
@@ -231,7 +231,7 @@ pub struct Noted<'a> {
     pub stuck: Vec<&'a mut [bool]>,
 }
 
-/// The same of one axis, and its drift.
+/// Records of a replay for one axis, and its drift.
 #[derive(Debug)]
 pub struct NotedRow<'a> {
     pub bias: &'a mut [f64],
@@ -240,7 +240,7 @@ pub struct NotedRow<'a> {
     pub stuck: &'a mut [bool],
 }
 
-/// Filters these samples of one row per axis into another.
+/// Filters the samples of one row per axis into another row.
 pub fn process_rows(
     bank: &mut dyn DriftBank,
     samples: Range<usize>,
@@ -265,7 +265,7 @@ pub fn process_rows(
     Ok(())
 }
 
-/// Calls `$function::<N, M>` for the order `$order`, `$other` for one that is not supported.
+/// Calls `$function::<N, M>` for the order `$order`, and `$other` for an unsupported order.
 macro_rules! for_order {
     ($order:expr, $function:ident($($argument:expr),*), $other:expr) => {
         match $order {
@@ -287,7 +287,7 @@ macro_rules! for_order {
 }
 pub(crate) use for_order;
 
-/// The order (p, q) as Python gives it: any sequence of two whole numbers.
+/// The order (p, q) from Python: any sequence of two whole numbers.
 #[derive(Debug)]
 pub struct Order(pub (i64, i64));
 
@@ -354,7 +354,7 @@ where
     gated(bank.map_err(NativeError::from)?, options.behaviour)
 }
 
-/// The filters as they are, or, where something is asked of them, gated by rest.
+/// The filters unchanged or, if an option requires it, gated by rest.
 pub fn gated<F, const N: usize, const M: usize>(
     bank: Bank<F>,
     behaviour: Behaviour,
@@ -375,7 +375,7 @@ where
 
 type Restored = (Option<usize>, Box<dyn DriftBank>);
 
-/// The bank that a checkpoint holds.
+/// The bank in a checkpoint.
 pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
     let found = checkpoint::label(bytes)?;
     let plain = Label::of::<DriftFilter<f64, 3, 4>>();

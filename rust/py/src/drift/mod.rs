@@ -26,97 +26,98 @@ use crate::common::work::in_pieces;
 
 /// Bias of a gyro, learned and removed sample by sample, for one or more axes.
 ///
-/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It detects rest and motion, learns the bias
+/// The default, ``DriftFilter(rate)``, needs no tuning. It detects rest and motion, learns the bias
 /// at rest, holds it in motion, and returns each sample minus the bias. It removes the slowly
 /// changing bias and does not smooth: the noise of the samples stays.
 ///
-/// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han
-/// 2019 (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they
-/// treat every sample as rest: they follow motion, and the compensated rate lacks it. Their
-/// ``process_noise`` must suit the sensor.
+/// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are the methods of Fu &
+/// Han 2019 (equations 8 to 31), ``"robust"`` is the method of Wu & Ran 2021. With their default,
+/// ``motion="ignore"``, they treat every sample as rest. Motion then enters their estimate and is
+/// missing from the compensated rate. Their ``process_noise`` must suit the sensor.
 ///
-/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean
-/// to date, so keep the sensor still. Without ``rest_limit`` a motion from the very start can be
-/// mistaken for rest, and its rate for bias; ``status`` is ``"provisional"`` as long as that is
-/// possible. A sample that is not finite (or ``update(None)``) is missing. One filter serves one
-/// thread at a time.
+/// Samples and results have the same unit, which may be any. In the first second the bias is the
+/// mean to date: keep the sensor still. Without ``rest_limit`` a motion at the very start can be
+/// mistaken for rest, and its rate for bias. While this is possible, ``status`` is
+/// ``"provisional"``. A sample that is not finite (or ``update(None)``) is missing. One filter
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second.
 /// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
-///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts
-///     the measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and
+///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model. ``"akf"`` also adapts
+///     the measurement noise R, with equal weights. ``"fading"`` adapts R with fading memory, and
 ///     the process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
 /// channels : int, optional
-///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
-///     each property has k values.
+///     Number k of parallel axes; None is a single axis without a channel axis. With channels,
+///     ``update`` takes k samples, and each property has k values.
 /// output : {"compensated", "estimate"}, default "compensated"
-///     Output of ``update`` and ``process``: the sample minus ``bias``, which has no delay (NaN for
-///     a missing sample), or the estimate of the bias itself.
+///     Output of ``update`` and ``process``. ``"compensated"`` is the sample minus ``bias``,
+///     without delay, and NaN for a missing sample. ``"estimate"`` is the estimate of the bias
+///     itself.
 /// motion : {"hold", "ignore"}, optional
-///     ``"hold"`` learns at rest only, as detected by a ``RestDetector``, and undoes the learning
-///     of the last half second before a motion (for ``"auto"`` up to two seconds); ``"ignore"``
-///     treats every sample as rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the
-///     others.
+///     ``"hold"`` learns only at rest, as detected by a ``RestDetector``. It undoes the learning of
+///     the last half second before a motion, for ``"auto"`` of up to two seconds. ``"ignore"``
+///     treats every sample as rest. The default is ``"hold"`` for ``"auto"`` and ``"ignore"`` for
+///     the other methods.
 /// limit : float, optional
-///     End of the sensor's range, in the samples' unit: a sample of this size or more is saturated
+///     End of the sensor's range, in the samples' unit. A sample of this size or more is saturated
 ///     and counts as missing.
 /// rest_limit : float, optional
-///     Only ``"auto"``: a sensor whose samples scatter by more than this within a quarter second is
-///     not at rest; 10 deg/s, in the samples' unit, suits MEMS gyros. With it a record may begin in
-///     motion; without it a motion from the first sample on can count as rest, and so as bias.
+///     Only ``"auto"``: largest scatter at rest within a quarter second, in the samples' unit; 10
+///     deg/s suits MEMS gyros. With a limit a record may begin in motion. Without it, a motion from
+///     the first sample on can count as rest, and its rate as bias.
 ///
 /// Other Parameters
 /// ----------------
 /// bias_limit : float, optional
 ///     Only ``"auto"``: largest level that can be a bias, in the samples' unit; 20 deg/s suits MEMS
-///     gyros. A sensor that turns at a constant rate looks like one at rest.
+///     gyros. Below this limit, a constant rotation can look like rest.
 /// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
-///     All but ``"auto"``: orders p from 1 to 3 and q from 0 to 3 of the ARMA model of the drift;
+///     All but ``"auto"``: orders p, from 1 to 3, and q, from 0 to 3, of the drift's ARMA model;
 ///     (p, 0) is AR(p).
 /// process_noise : float, default 0.1
-///     All but ``"auto"``: process noise G and covariance P at the start, in variances of the
-///     start-up. A small value smooths and lags (1e-6), a large one follows the signal (1).
+///     All but ``"auto"``: process noise G and initial covariance P, as shares of the start-up's
+///     variance. A small value (1e-6) smooths and lags, a large value (1) follows the signal.
 /// fading : float, default 0.97
-///     Only ``"fading"``: fading factor b of R in (0, 1]. A small one follows changes of the noise
-///     quickly, a large one averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a
-///     3DM-GX4-25).
+///     Only ``"fading"``: fading factor b of R in (0, 1]. A small factor follows changes of the
+///     noise quickly, a large factor averages. Fu & Han use 0.95 to 0.99 for an MTi-100 and 0.90 to
+///     0.95 for a 3DM-GX4-25.
 /// process_noise_memory : float, default 0.0
-///     Only ``"fading"``: weight of the initial process noise, in samples; a large one keeps it
+///     Only ``"fading"``: weight of the initial process noise, in samples. A large weight keeps it
 ///     longer.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     All but ``"auto"``: variance from which R is computed; ``"hadamard"`` ignores a constant
 ///     angular acceleration.
 /// outliers : {"keep", "reject"}, default "keep"
 ///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` leaves out samples more than four
-///     standard deviations from the level of the last quarter seconds, as ``"auto"`` always does,
-///     unless there are so many of these, or so many in a row, that the sensor moves.
+///     standard deviations from the level of the last quarter seconds. ``"auto"`` always does this.
+///     If there are many such samples, or many in a row, the sensor moves and they are kept.
 /// adapt_for : float or None, default 120.0
-///     All but ``"auto"``: seconds after the start-up during which the model is learned; None is
-///     always.
+///     All but ``"auto"``: seconds after the start-up during which the model is learned; None has
+///     no end.
 /// forgetting_factor : float, default 1.0
-///     All but ``"auto"``: λ of the model's least squares in (0, 1]. A small one forgets old
-///     samples quickly, 1 never forgets.
+///     All but ``"auto"``: λ of the model's least squares in (0, 1]. A small λ forgets old samples
+///     quickly, 1 never forgets.
 /// zones : (float, float) or "published", default (4.0, 0.75)
 ///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa standard deviations of the
-///     accepted ones is an outlier, unless so many of one sign follow each other (0.03 s, at least
-///     three) that they are a step; one beyond beta times that is bounded. A large kappa accepts
-///     outliers, a small one leaves good samples out. ``"published"`` compares an innovation with a
-///     variance, as printed: this depends on the unit of the samples, and nothing ends a run of
-///     outliers.
+///     accepted innovations is an outlier. A run of outliers with one sign is a step: 0.03 s, at
+///     least three samples. An innovation beyond beta times kappa is bounded. A large kappa accepts
+///     outliers, a small kappa leaves out good samples. ``"published"`` compares an innovation with
+///     a variance, as in the paper. The result then depends on the samples' unit, and a run of
+///     outliers has no end.
 /// damping : float, default 0.0
-///     Only ``"robust"``: share of the gain for an outlier, from 0 to 1.
+///     Only ``"robust"``: share of the gain that is applied to an outlier, from 0 to 1.
 /// correction : float, default 0.0
-///     Only ``"robust"``: share, from 0 to 1, of an innovation between the zones that corrects the
-///     prediction; 0 bounds such an innovation instead, and is better.
+///     Only ``"robust"``: share of an innovation between the zones that corrects the prediction,
+///     from 0 to 1. With 0 such an innovation is bounded instead, which is better.
 /// startup : float, default 1.0
-///     All methods, rarely needed: duration in which offset, scale and first noise are learned, s
-///     (at least ten samples, and until two samples differ).
+///     All methods, rarely needed: time in which offset, scale and first noise are learned, s. It
+///     lasts at least ten samples, and until two samples differ.
 /// scale : float, optional
-///     All methods, rarely needed: standard deviation of the noise in the samples' unit, if known;
-///     else it is learned.
+///     All methods, rarely needed: standard deviation of the noise in the samples' unit; by default
+///     it is learned.
 ///
 /// Raises
 /// ------
@@ -188,18 +189,19 @@ impl DriftFilter {
 
     /// Return a filter with a known model of the signal, ready at its first sample.
     ///
-    /// ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa are
-    /// as after ``startup`` seconds; ``process_noise`` and ``scale`` of the parameters are not
-    /// used. The method must be named: ``"auto"`` learns its own start.
+    /// ``ArmaModel.to_filter`` creates such filters from a record. R and the weight of Sage-Husa
+    /// are the same as after ``startup`` seconds; ``process_noise`` and ``scale`` are not used. The
+    /// method must be stated: ``"auto"`` learns its own start.
     ///
     /// Parameters
     /// ----------
     /// start : dict
-    ///     With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
-    ///     deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of
-    ///     [φ…, θ…, c / scale] over the noise variance, samples being centred and scaled, (p + q +
-    ///     1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
-    ///     ``state_covariance`` P before the first sample, (p + 1, p + 1).
+    ///     Initial values; with channels every array has a first axis (k,). ``offset`` and
+    ///     ``scale`` are the mean and standard deviation of the signal. ``coefficients`` are [φ…,
+    ///     θ…, c], (p + q + 1,). ``covariance`` is the covariance of [φ…, θ…, c / scale] for
+    ///     centred and scaled samples, over the noise variance, (p + q + 1, p + q + 1).
+    ///     ``measurement_noise`` is the variance R, and ``process_noise`` the variance G₀₀.
+    ///     ``state_covariance`` is P before the first sample, (p + 1, p + 1).
     /// **params
     ///     Arguments of ``DriftFilter``, with a ``method`` among ``"kf"``, ``"akf"``, ``"fading"``
     ///     and ``"robust"``.
@@ -207,7 +209,7 @@ impl DriftFilter {
     /// Raises
     /// ------
     /// ValueError
-    ///     A parameter or a part of the start is missing, of another shape, or out of range.
+    ///     A parameter or a part of the start is missing, out of range, or has another shape.
     /// TypeError
     ///     A part of the start does not hold numbers.
     #[staticmethod]
@@ -221,9 +223,10 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared })
     }
 
-    /// ``process`` for a replay: one row per axis in, (k, n), the drift out, and, if asked for,
-    /// what the trace says of its deviation, of rest and of a stuck sensor; ``moving`` is that of
-    /// ``process``, and needs what is noted. The interpreter lock is released.
+    /// Process a replay: one row per axis, (k, n), to the drift.
+    ///
+    /// On request it also returns the trace's standard deviation, rest and stuck sensor. ``moving``
+    /// is the argument of ``process`` and needs this request. The interpreter lock is released.
     #[pyo3(signature = (z, out, noted=None, moving=None))]
     fn _replay(
         slf: &Bound<'_, Self>,
@@ -256,8 +259,7 @@ impl DriftFilter {
         )
     }
 
-    /// Like ``process``, but returns a ``zerorate.tasks.Trace``: all that the filter knew after
-    /// each sample.
+    /// Process a batch and return a ``zerorate.tasks.Trace``: the filter's state after each sample.
     #[pyo3(signature = (z, moving=None))]
     fn trace(
         slf: &Bound<'_, Self>,
@@ -285,8 +287,7 @@ impl DriftFilter {
         Ok(rules::function(py, Rule::Trace)?.call((), Some(&named))?.unbind())
     }
 
-    /// Forget the bias and keep the noise: for a sensor that was switched off and on, which has a
-    /// new bias and the same noise.
+    /// Forget the bias and keep the noise: for a sensor that was switched off and on.
     ///
     /// Raises
     /// ------
@@ -303,20 +304,22 @@ impl DriftFilter {
         )))
     }
 
-    /// Standard deviation of the mean bias over the next ``seconds`` about ``bias``: the heading
-    /// error is ``seconds`` times this. Only with ``"auto"``.
+    /// Return the standard deviation of the mean bias over the next ``seconds``, relative to
+    /// ``bias``.
+    ///
+    /// The heading error is ``seconds`` times this value. Only with ``"auto"``.
     ///
     /// Parameters
     /// ----------
     /// seconds : float
-    ///     Span from now on. 10 gives ``bias_sigma``, in motion up to two seconds newer. 0 is the
-    ///     bias at this instant, including unobservable fast flicker of assumed size: for drift
-    ///     without flicker it is up to twice too large.
+    ///     Span from now on. 10 gives ``bias_sigma``; in motion the result is up to two seconds
+    ///     newer. 0 is the bias at this instant. It includes fast flicker of an assumed size, since
+    ///     this cannot be observed: for drift without flicker the result is up to twice too large.
     ///
     /// Returns
     /// -------
     /// float, with channels ndarray, shape (k,)
-    ///     In the unit of the samples.
+    ///     Standard deviation in the unit of the samples.
     ///
     /// Raises
     /// ------
@@ -341,12 +344,15 @@ impl DriftFilter {
         options::call(slf.py(), &this.options, this.shared.channels, started)
     }
 
-    /// Status of the filter, with channels a list of k: ``"starting"`` (the bias is the mean to
-    /// date), ``"at rest"`` (it learns), ``"provisional"`` (it learns from apparent rest that may
-    /// be motion), ``"in motion"`` (it holds the bias), ``"no rest yet"`` (the sensor moved before
-    /// anything was learned; the bias is 0), ``"starting anew"`` (the initial noise was wrong by
-    /// orders of magnitude) or ``"stuck"`` (the sensor repeats one sample for longer than chance
-    /// does; it holds the bias).
+    /// Status of the filter, with channels a list of k.
+    ///
+    /// - ``"starting"``: the bias is the mean to date.
+    /// - ``"at rest"``: the filter learns.
+    /// - ``"provisional"``: it learns from apparent rest that may be motion.
+    /// - ``"in motion"``: it holds the bias.
+    /// - ``"no rest yet"``: the sensor moved before anything was learned; the bias is 0.
+    /// - ``"starting anew"``: the initial noise was wrong by orders of magnitude.
+    /// - ``"stuck"``: the sensor repeats one sample for longer than chance does; the bias is held.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -359,36 +365,43 @@ impl DriftFilter {
 }
 
 getters! { DriftFilter, slf, py, this;
-    /// Learned density of the white noise, unit of the samples over root Hz: float, with
-    /// channels (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R.
-    /// NaN until it is known.
+    /// Learned density of the white noise, samples' unit over root Hz: float, with channels (k,).
+    ///
+    /// For ``"auto"`` it is the noise slower than a quarter second, for other methods it is
+    /// computed from R. NaN until it is known.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// Random walk of the bias per root second learned by ``"auto"``, unit of the samples:
-    /// float, with channels (k,). NaN until it is known, and for the other methods.
+    /// Random walk of the bias per root second, in the samples' unit: float, with channels (k,).
+    ///
+    /// Learned by ``"auto"``; NaN until it is known, and for the other methods.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
-    /// Bias instability B learned by ``"auto"``, of flicker with the two-sided density B²/(2πf),
-    /// unit of the samples: float, with channels (k,). Without flicker it is an upper bound; NaN
-    /// until it is known, and for other methods.
+    /// Bias instability B, in the samples' unit: float, with channels (k,).
+    ///
+    /// ``"auto"`` learns it, as flicker with the two-sided density B²/(2πf). Without flicker it is
+    /// an upper bound. NaN until it is known, and for the other methods.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
-    /// Number of steps of the process noise that were shortened to keep it positive semidefinite:
-    /// int, with channels (k,).
+    /// Number of process-noise steps that were shortened: int, with channels (k,).
+    ///
+    /// They were shortened to keep the process noise positive semidefinite.
     guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
-    /// Number of runs of outliers of ``"robust"`` so long that they were accepted as a step of the
-    /// signal: int, with channels (k,).
+    /// Number of outlier runs that ``"robust"`` accepted as a step: int, with channels (k,).
     exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// Number of times that noise and drift were learned again because the initial scale was wrong
-    /// by orders of magnitude: int, with channels (k,).
+    /// Number of times that noise and drift were learned again: int, with channels (k,).
+    ///
+    /// The reason is an initial scale that was wrong by orders of magnitude.
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
-    /// Samples at or beyond ``limit`` to date: int, with channels (k,).
+    /// Number of samples at or beyond ``limit`` to date: int, with channels (k,).
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Number of rejected outliers to date, updated every quarter second, by ``"robust"`` at each
-    /// sample: int, with channels (k,). Zero for methods without rejection.
+    /// Number of rejected outliers to date: int, with channels (k,).
+    ///
+    /// It is updated every quarter second, by ``"robust"`` at each sample. Zero for methods without
+    /// rejection.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Number of samples of a stuck sensor to date, updated every quarter second: int, with
-    /// channels (k,). Zero for a published method that neither rejects outliers nor holds in
-    /// motion.
+    /// Number of samples of a stuck sensor to date: int, with channels (k,).
+    ///
+    /// It is updated every quarter second. Zero for a published method that neither rejects
+    /// outliers nor holds in motion.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// True after the start-up: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
@@ -399,16 +412,17 @@ getters! { DriftFilter, slf, py, this;
         let options = this.options;
         options.method.map(|_| options.order)
     };
-    /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
+    /// Name of the method.
     method: &'static str = this.options.method_name();
-    /// Start of ``DriftFilter.started``; None for a filter that learns it in its start-up.
+    /// Start of ``DriftFilter.started``; None for a filter that learns its start.
     start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
-    /// Arguments that create an equal filter: ``DriftFilter(**f.params)``, or
-    /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
+    /// Arguments that create an equal filter: ``DriftFilter(**f.params)``.
+    ///
+    /// For a filter with a stated start use ``DriftFilter.started(f.start, **f.params)``.
     params: Bound<'py, PyDict> = options::write(py, &this.options, this.shared.channels)?;
 }
 
-/// Deviation of the drift, rest and a stuck sensor, to be filled.
+/// Standard deviation of the drift, rest and stuck sensor, to be written.
 type NotedArrays<'py> =
     (PyReadwriteArray2<'py, f64>, PyReadwriteArray2<'py, bool>, PyReadwriteArray2<'py, bool>);
 
@@ -430,7 +444,7 @@ impl DriftFilter {
         Ok(Self { options: bank.filter(0).options(), shared: Shared::new(channels, bank)? })
     }
 
-    /// The known motion of the body at each of so many samples; empty if it is unknown.
+    /// Known motion of the body at each of these samples; empty if it is unknown.
     fn motion(&self, moving: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<bool>> {
         let Some(moving) = moving else { return Ok(vec![]) };
         self.check_motion()?;
@@ -446,7 +460,7 @@ impl DriftFilter {
         }
     }
 
-    /// One value a channel.
+    /// One value per channel.
     fn each<'py, T>(
         &self,
         py: Python<'py>,

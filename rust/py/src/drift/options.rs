@@ -1,4 +1,4 @@
-//! Options of a drift filter between Python and the core's table of them.
+//! Options of a drift filter: conversion between Python and the core's table.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use super::bank::{Order, order_error};
 use crate::common::errors::{NativeError, about};
 use crate::common::streaming::{self, quoted};
 
-/// The options that keyword arguments ask for, and the number of channels.
+/// Options from keyword arguments, and the number of channels.
 pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, Option<usize>)> {
     let mut options = method(given, rate)?;
     let mut channels = None;
@@ -36,7 +36,7 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
     Ok((options, channels))
 }
 
-/// Refuses a limit of rest where every sample counts as rest.
+/// Refuses a limit of rest if every sample counts as rest.
 fn check_limits(options: &Options) -> PyResult<()> {
     let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
     match limits.iter().find(|(_, limit)| limit.is_some()) {
@@ -65,7 +65,7 @@ fn set(options: &mut Options, option: &DriftOption, value: &Bound<'_, PyAny>) ->
             format!("{name} has no effect on method '{method}', only on {methods}"),
         ));
     }
-    // Nothing given is the default of the method.
+    // No value means the default of the method.
     if value.is_none() && matches!(option.kind, Kind::Choice(_)) && option.name == "motion" {
         return Ok(());
     }
@@ -95,7 +95,7 @@ fn converted(option: &DriftOption, value: &Bound<'_, PyAny>) -> PyResult<Value> 
     })
 }
 
-/// The word that is given, if it is one of these.
+/// The stated word, if it is in the list.
 fn word_of(
     words: &[&'static str],
     option: &DriftOption,
@@ -109,7 +109,7 @@ fn word_of(
     })
 }
 
-/// The argument, or PyO3's own message for one of another type.
+/// The argument as this type; PyO3's own message for another type.
 fn argument<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>
 where
     T: for<'a> FromPyObject<'a, 'py>,
@@ -124,7 +124,7 @@ where
     })
 }
 
-/// Every argument that makes such a filter again.
+/// Every argument that creates an equal filter.
 pub fn write<'py>(
     py: Python<'py>,
     options: &Options,
@@ -140,7 +140,8 @@ pub fn write<'py>(
     Ok(arguments)
 }
 
-/// The call that makes such a filter again: the rate, and what differs from the method's default.
+/// The call that creates an equal filter: the rate, and the values that are not the method's
+/// defaults.
 pub fn call(
     py: Python<'_>,
     options: &Options,
@@ -150,7 +151,7 @@ pub fn call(
     let name = options.method_name();
     let defaults = Options::of_method(name, options.params.rate);
     let mut text = match started {
-        // What it was started with is long: a call with an ellipsis makes no filter.
+        // A stated start is long: a call with an ellipsis creates no filter.
         true => "DriftFilter.started(..., ".to_owned(),
         false => "DriftFilter(".to_owned(),
     };
@@ -183,10 +184,12 @@ fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
 const METHOD_MEANING: &str = "'auto' learns the bias by itself and needs no settings; 'kf', 'akf' \
     and 'fading' are the filters of Fu & Han 2019, 'robust' is that of Wu & Ran 2021";
 
-/// The table of options as dictionaries: name, kind ("order", "number", "seconds", "seconds or
-/// always", "choice" or "pair or word"), default, unit, expected, choices, meaning and the methods that use it.
+/// Return the table of options as dictionaries.
 ///
-/// None is the default of what depends on the method or is learned.
+/// Keys are name, kind ("order", "number", "seconds", "seconds or always", "choice" or "pair or
+/// word"), default, unit, expected, choices, meaning, and the methods that use the option.
+///
+/// The default is None if it depends on the method or is learned.
 #[pyfunction]
 pub fn filter_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let defaults = Options::of_method(METHOD, 1.0);

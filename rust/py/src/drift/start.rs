@@ -1,4 +1,4 @@
-//! Start of a filter, between Python and the core.
+//! Stated start of a filter, between Python and the core.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -12,8 +12,8 @@ use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::streaming::{Shared, axes_of};
 
-/// A bank of filters that are ready, one for each start; each array of `start` has a first axis
-/// for the channels if there are any.
+/// A bank of filters that are ready, one for each start. With channels, each array of `start` has a
+/// first axis for them.
 pub fn started(
     options: &Options,
     channels: Option<usize>,
@@ -55,7 +55,7 @@ fn bank<F, const N: usize, const M: usize>(
     Ok(Bank::of(filters))
 }
 
-/// Refuses the method that learns its own start, before anything else that it may not use.
+/// Refuses the method that learns its own start, before other checks.
 pub fn check_method(params: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let method = params.map(|params| params.get_item("method")).transpose()?.flatten();
     let learns = method.map_or(Ok(true), |method| method.eq(METHOD))?;

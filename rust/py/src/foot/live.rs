@@ -1,4 +1,4 @@
-//! The live form of a sensor on a foot, for Python.
+//! Live filter for a sensor on a foot, for Python.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -11,32 +11,34 @@ use crate::common::errors::{NativeError, about};
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
-/// Position of a sensor on a foot, live and without a receiver, from the foot's stances.
+/// Live position of a sensor on a foot, from the foot's stances and without a receiver.
 ///
-/// The live form of `FootNavigation`: the same filter, with stances from minima of the same speed
-/// bound within the last 1.5 s. Outputs are those of the sample ``delay`` seconds ago, about 0.05
-/// s, or 0.1 s with a stated range, since the bound needs samples on both sides. The frame is that
-/// of the start: x level along the sensor's first axis, y to the left, z up. The filter starts at
-/// rest, again with each better rest, or else in the deepest minimum of the bound within 1.5 s.
-/// There is no output before a rest has lasted half a second or this minimum has ended.
+/// This is the live form of `FootNavigation`, with the same filter. Stances are minima of the same
+/// speed bound within the last 1.5 s. Outputs belong to the sample ``delay`` seconds ago, because
+/// the bound needs samples on both sides. The delay is about 0.05 s, or 0.1 s with ``gyro_range``.
+/// The frame begins at the start: x is level along the sensor's first axis, y points left, z up.
 ///
-/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
-/// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
-/// time is counted in samples. After a restart, as when too many samples are missing, ``position``
-/// is NaN until the filter has started again. One object serves one thread at a time.
+/// The filter starts at rest, and starts again with each better rest. Without a rest it starts in
+/// the deepest minimum of the bound within 1.5 s. It has no output before a rest has lasted half a
+/// second or this minimum has ended.
+///
+/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing. The last sample replaces
+/// it for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
+/// samples are the clock. If too many samples are missing, the filter restarts, and ``position`` is
+/// NaN until it has started again. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second, 48 to 1200.
 /// floor : {None, "level"}
-///     "level": a stance within 0.1 m of the previous height has that height.
+///     "level": a stance within 0.1 m of the previous height gets that height.
 /// gyro_range : float, optional
-///     Range of the gyro by its data sheet, rad/s; by default it is found from clipped peaks to
-///     date. Clipped rates are restored from their flanks, as far as these arrive within ``delay``,
-///     with a larger standard deviation.
+///     Range of the gyro by its data sheet, rad/s; by default it is estimated from clipped peaks to
+///     date. Clipped rates are restored from their flanks, if these arrive within ``delay``, with a
+///     larger standard deviation.
 /// channels : int, optional
-///     Number of feet; ``None`` is a single one.
+///     Number of feet; ``None`` is a single foot without a channel axis.
 ///
 /// Raises
 /// ------
@@ -85,8 +87,9 @@ impl FootFilter {
         Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
-    /// Process rates, rad/s, and forces, m/s^2, (3,) each, and return the position ``delay``
-    /// seconds ago, m, (3,), NaN if unknown; with channels (k, 3) and (k, 3) to (k, 3).
+    /// Process rates, rad/s, and forces, m/s^2, and return the position ``delay`` seconds ago, m.
+    ///
+    /// Each array is (3,), with channels (k, 3). The position is NaN if it is unknown.
     fn update<'py>(
         slf: &Bound<'py, Self>,
         gyro: &Bound<'py, PyAny>,
@@ -105,8 +108,9 @@ impl FootFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Update with each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels (n, k, 3) and
-    /// (n, k, 3) to (n, k, 3). The interpreter lock is released.
+    /// Process each sample of a batch and return the positions: (n, 3) and (n, 3) to (n, 3).
+    ///
+    /// With channels all arrays are (n, k, 3). The interpreter lock is released.
     #[pyo3(signature = (gyro, accel, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -159,9 +163,9 @@ impl FootFilter {
 }
 
 getters! { FootFilter, slf, py, this;
-    /// Position, m: ahead, left and up of the start; NaN where it is not known: (3,).
+    /// Position relative to the start, m: ahead, left and up; NaN if it is unknown: (3,).
     position: Object<'py> = this.vectors(py, Core::position)?;
-    /// m/s: (3,).
+    /// Velocity, m/s: ahead, left and up: (3,).
     velocity: Object<'py> = this.vectors(py, Core::velocity)?;
     /// Quaternion w, x, y, z from the sensor's axes to ahead, left, up: (4,).
     quaternion: Object<'py> = this.vectors(py, Core::quaternion)?;
@@ -169,26 +173,31 @@ getters! { FootFilter, slf, py, this;
     gyro_bias: Object<'py> = this.vectors(py, Core::gyro_bias)?;
     /// Bias of the accelerometer, m/s^2: (3,).
     accel_bias: Object<'py> = this.vectors(py, Core::accel_bias)?;
-    /// Standard deviations of position, velocity, orientation and biases, as in `FootTrack`; NaN
-    /// where unknown: (15,).
+    /// Standard deviations of position, velocity, orientation and biases, as in `FootTrack`: (15,).
+    ///
+    /// NaN if they are unknown.
     sigma: Object<'py> = this.vectors(py, Core::sigma)?;
-    /// True if the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
+    /// True if the foot stands at the last step of the covariance; steps are 0.02 s apart: bool.
     standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
-    /// True if the foot has stood for half a second, so that the gyro's bias is learned: bool.
+    /// True if the foot has stood for half a second and the gyro's bias is learned: bool.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
-    /// The speed bound, whose minima are the stances, m/s; NaN before it is known.
+    /// Speed bound with the stances as minima, m/s; NaN before it is known.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
-    /// Stances to date.
+    /// Number of stances to date.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
-    /// The largest rate about an axis to date, rad/s. Below 1.75 (100 deg/s) this is not a walking
-    /// foot: a smoothly driving machine counts as standing, and its track is missed.
+    /// Largest rate about an axis to date, rad/s.
+    ///
+    /// Below 1.75 (100 deg/s) the sensor is not on a walking foot. A smoothly driving machine
+    /// counts as standing, and its track is missed.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Number of rejected zero velocities since the start.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
-    /// Share of the time of the last six swings that looks like a foot's, 0 to 1; NaN before six
-    /// swings. Below 0.5 the sensor is not on a foot but on a wrist, in a hand or in a pocket.
+    /// Share of the last six swings' time that looks like a foot's motion, 0 to 1.
+    ///
+    /// NaN before six swings. Below 0.5 the sensor is not on a foot but on a wrist, in a hand or in
+    /// a pocket.
     foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
-    /// Number of restarts in place after a wrong level; the heading is then hardly known.
+    /// Number of restarts in place after a wrong level; the heading is then almost unknown.
     relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
@@ -199,7 +208,7 @@ getters! { FootFilter, slf, py, this;
 }
 
 impl FootFilter {
-    /// One vector a channel.
+    /// One vector per channel.
     fn vectors<'py, const N: usize>(
         &self,
         py: Python<'py>,

@@ -1,4 +1,4 @@
-//! A sensor on a foot, and rates that a gyro clipped, for Python.
+//! A sensor on a foot, and rates clipped by a gyro, for Python.
 
 mod live;
 
@@ -18,31 +18,31 @@ use crate::common::errors::NativeError;
 use crate::common::work::interruptible;
 use crate::navigation::{NavigationRecord, SAMPLE};
 
-/// An axis that was clipped: its number, its sign, its limit, rad/s, and samples restored.
+/// A clipped side of an axis: axis number, sign, limit, rad/s, and number of restored samples.
 type Limit = (usize, f64, f64, usize);
 
-/// Samples between two looks for signals.
+/// Number of samples between two checks for signals.
 const PIECE: usize = 1 << 17;
 
-/// Restores rates that a gyro clipped at its range.
+/// Restore rates that a gyro clipped at its range.
 ///
 /// Parameters
 /// ----------
 /// gyro : array_like, shape (n, 3)
-///     rad/s, all of them finite.
+///     Rates, rad/s, all finite.
 /// dt : float
-///     Seconds between two samples.
+///     Time between two samples, s.
 ///
 /// Returns
 /// -------
 /// tuple
-///     The rates, (n, 3); axis, sign, limit, rad/s, and number of restored samples of each side that was
-///     clipped; what a restored rate is wrong by, as density of a white noise, rad^2/s, (n,).
+///     The rates, (n, 3). For each clipped side: axis, sign, limit, rad/s, and number of restored
+///     samples. The error of each restored rate, as density of a white noise, rad^2/s, (n,).
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A rate is not finite, or the step no positive number.
+///     A rate is not finite, or ``dt`` is not a positive number.
 #[pyfunction]
 pub fn restore_clipped_rates<'py>(
     gyro: &Bound<'py, PyAny>,
@@ -76,31 +76,39 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
 /// Parameters
 /// ----------
 /// time : array_like, shape (n,)
-///     s, increasing.
+///     Times of the samples, s, increasing.
 /// gyro, accel : array_like, shape (n, 3)
-///     rad/s and m/s^2; a row that is not finite is missing.
+///     Rates, rad/s, and forces, m/s^2; a row that is not finite is missing.
 /// level : bool
-///     Whether the floor is level, steps excepted.
+///     True if the floor is level, except for steps.
 /// restore : bool
-///     Whether rates that the gyro clipped are restored.
+///     True if clipped rates are restored.
 /// record : bool
-///     Whether to keep what the smoother needs.
+///     True if the smoother's data are kept.
 ///
 /// Returns
 /// -------
 /// tuple
-///     By name the state after each sample, metres ahead, right and down of the start; ``bound``,
-///     m/s, (n,); ``stances``, (s, 3), first, past the last and lowest sample; ``rests``, (r, 2);
-///     ``rest_rates``, (r, 4), rate and its deviation, rad/s; ``clipped`` as of ``restore_clipped_rates``;
-///     ``rejections`` and ``relevelled``, counts; ``swings``, (m, 10): samples of the node before and of
-///     that after, seconds, largest rate, rad/s, bound of the stances over that of the swing, angle between
-///     the verticals and between force and vertical, rad, distance, m, vertical velocity taken away, m/s,
-///     with its deviation; ``every``, samples between two nodes; ``begin``, the sample at which the filter begins and the first known one before
-///     it; ``lead_gyro`` and ``lead_accel``, the samples of these. And the record, or None.
+///     Arrays by name, and the record or None. They hold the state after each sample, in metres
+///     ahead, right and down of the start, and:
+///
+///     - ``bound``, (n,), m/s.
+///     - ``stances``, (s, 3): first sample, end (exclusive) and lowest sample.
+///     - ``rests``, (r, 2): first sample and end (exclusive).
+///     - ``rest_rates``, (r, 4): rate and its standard deviation, rad/s.
+///     - ``clipped``: as from ``restore_clipped_rates``.
+///     - ``rejections`` and ``relevelled``: counts.
+///     - ``swings``, (m, 10): samples of the nodes before and after; seconds; largest rate, rad/s;
+///       bound of the stances over bound of the swing; angle between the verticals, rad; angle
+///       between force and vertical, rad; distance, m; removed vertical velocity, m/s, and its
+///       standard deviation.
+///     - ``every``: samples between two nodes.
+///     - ``begin``: the filter's first sample, and the first known sample before it.
+///     - ``lead_gyro`` and ``lead_accel``: the samples between these two.
 ///
 /// Raises
 /// ------
-/// ValueError
+///     Shapes do not fit, times do not increase, or the record is shorter than a second.
 ///     Shapes do not fit, times do not increase, or there is less than a second.
 #[pyfunction]
 pub fn foot_track<'py>(
@@ -172,24 +180,24 @@ pub fn foot_track<'py>(
     Ok((found, record.then_some(NavigationRecord { steps })))
 }
 
-/// Where a foot was before it stood: the strapdown, backwards.
+/// Return the states of a foot before it stood, by backward integration.
 ///
 /// Parameters
 /// ----------
 /// time : array_like, shape (n,)
-///     s, increasing; the foot stands at the last.
+///     Times of the samples, s, increasing; the foot stands at the last sample.
 /// gyro, accel : array_like, shape (n, 3)
-///     rad/s and m/s^2, finite.
+///     Rates, rad/s, and forces, m/s^2, all finite.
 /// quaternion : array_like, shape (4,)
-///     Quaternion w, x, y, z at the last sample, from the sensor's axes to ahead, right, down.
+///     Quaternion w, x, y, z at the last sample, from the sensor's axes to ahead, right and down.
 /// biases : array_like, shape (2, 3)
-///     Of gyro and accelerometer, rad/s and m/s^2.
+///     Biases of gyro, rad/s, and accelerometer, m/s^2.
 ///
 /// Returns
 /// -------
 /// tuple
-///     Positions, m, velocities, m/s, both (n - 1, 3), and quaternions, (n - 1, 4), of all samples but the
-///     last; ahead, right and down of that.
+///     Positions, m, velocities, m/s, both (n - 1, 3), and quaternions, (n - 1, 4), of all samples
+///     except the last. Positions are ahead, right and down of the last position.
 ///
 /// Raises
 /// ------

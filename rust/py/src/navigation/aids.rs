@@ -23,17 +23,21 @@ macro_rules! take_aid {
 }
 pub(crate) use take_aid;
 
-/// Calls of aids, and what is shown of them, of filters and banks.
+/// Methods and properties of aids, for filters and banks.
 macro_rules! aided {
     ($class:ident) => {
         #[pymethods]
         impl $class {
-            /// Takes a barometric height above any reference, which is estimated (``height_reference``): when,
-            /// s, m, and its standard deviation, m, by default ``barometer_sigma``. Returns "used", "rejected"
-            /// or "refused". A reading that disagrees with the filter is rejected, and so are those after a
-            /// disturbance until they agree for a second; if they disagree by a constant amount for three, the
-            /// reference has changed. One is refused if it is over a second old, a tenth of a second ahead of the
-            /// sensors, not later than the one before, or missing. ValueError if ``sigma`` is not positive.
+            /// Process a barometric height and return "used", "rejected" or "refused".
+            ///
+            /// Arguments are the time, s, the height, m, and its standard deviation, m, by default
+            /// ``barometer_sigma``. The height has any reference, which is estimated
+            /// (``height_reference``). A reading that disagrees with the filter is rejected. After
+            /// a disturbance, readings are rejected until they agree for a second. If they disagree
+            /// by a constant amount for three seconds, the reference has changed. A reading is
+            /// refused if it is over a second old, or a tenth of a second ahead of the sensors. It
+            /// is also refused if it is missing, or not later than the previous reading. ValueError
+            /// if ``sigma`` is not positive.
             #[pyo3(signature = (t, height, sigma=None))]
             fn update_height(
                 slf: &Bound<'_, Self>,
@@ -44,8 +48,11 @@ macro_rules! aided {
                 take_aid!(slf, t, Reading::Height(height.unwrap_or(f64::NAN)), one_sigma(sigma))
             }
 
-            /// Takes a pressure, Pa, as a height of the standard atmosphere, and as ``update_height`` does; its
-            /// standard deviation is in Pa. One below 5474.89 or above 115000 Pa is refused: hPa and kPa are.
+            /// Process a pressure, Pa, as a height of the standard atmosphere, as ``update_height``
+            /// does.
+            ///
+            /// Its standard deviation is in Pa. A pressure below 5474.89 or above 115000 Pa is
+            /// refused; this refuses values in hPa or kPa.
             #[pyo3(signature = (t, pressure, sigma=None))]
             fn update_pressure(
                 slf: &Bound<'_, Self>,
@@ -56,14 +63,17 @@ macro_rules! aided {
                 take_aid!(slf, t, Reading::Pressure(pressure.unwrap_or(f64::NAN)), one_sigma(sigma))
             }
 
-            /// Takes the heading of the body's forward axis from a compass: when, s, true north over east, rad,
-            /// and its standard deviation, rad. Its constant offset is estimated (``compass_offset``). Before
-            /// the first fix it is the heading if none is known. A reading that disagrees with the filter is
-            /// rejected, and so are those after a disturbance until they agree for two seconds; if they
-            /// disagree by a constant amount for ten, the offset has changed. A value that stays the same to the
-            /// bit for two seconds while the vehicle moves is that of a frozen compass. Returns as
-            /// ``update_height``; a heading beyond 4 pi, or of a forward axis within 10 deg of the vertical, is
-            /// refused.
+            /// Process the heading of the body's forward axis from a compass.
+            ///
+            /// Arguments are the time, s, the heading from true north over east, rad, and its
+            /// standard deviation, rad. The constant offset of the compass is estimated
+            /// (``compass_offset``). If no heading is known before the first fix, the reading is
+            /// the heading. A reading that disagrees with the filter is rejected. After a
+            /// disturbance, readings are rejected until they agree for two seconds. If they
+            /// disagree by a constant amount for ten seconds, the offset has changed. A
+            /// bit-identical value for two seconds of motion means a frozen compass. The verdict is
+            /// returned as by ``update_height``. A heading beyond 4 pi, or of a forward axis within
+            /// 10 deg of the vertical, is refused.
             #[pyo3(signature = (t, heading, sigma=None), text_signature = "($self, t, heading, sigma=0.05)")]
             fn update_heading(
                 slf: &Bound<'_, Self>,
@@ -74,10 +84,14 @@ macro_rules! aided {
                 take_aid!(slf, t, Reading::Heading(heading.unwrap_or(f64::NAN)), one_sigma(sigma))
             }
 
-            /// Takes the vector from the first to the second antenna: when, s, north, east, down, m, (3,); the
-            /// same in body axes, m, (3,), by default that of the constructor; its standard deviation, m, one or
-            /// three axes. It is rejected unless it is as long as ``baseline``, and agrees with the filter, also
-            /// on average; after a disturbance it must agree for two seconds. Returns as ``update_height``. ValueError if no baseline is given.
+            /// Process the vector from the first to the second antenna.
+            ///
+            /// Arguments are the time, s; the vector north, east, down, m, (3,); the vector in body
+            /// axes, m, (3,), by default the constructor's; and its standard deviation, m, one or
+            /// three axes. The vector is rejected if its length differs from the length of
+            /// ``baseline``. It is also rejected if it disagrees with the filter, at once or on
+            /// average. After a disturbance it must agree for two seconds. The verdict is returned
+            /// as by ``update_height``. ValueError if no baseline is given.
             #[pyo3(signature = (t, vector, baseline=None, sigma=None),
                 text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
             fn update_baseline<'py>(
@@ -95,7 +109,7 @@ macro_rules! aided {
         }
 
         getters! { $class, slf, py, this;
-            /// Barometric less ellipsoidal height, m; NaN before the first reading.
+            /// Barometric height minus ellipsoidal height, m; NaN before the first reading.
             height_reference: f64 = this.shared.filter().height_reference()[0];
             /// Standard deviation of ``height_reference``.
             height_reference_sigma: f64 = this.shared.filter().height_reference()[1];
@@ -103,8 +117,9 @@ macro_rules! aided {
             compass_offset: f64 = this.shared.filter().compass_offset()[0];
             /// Standard deviation of ``compass_offset``.
             compass_offset_sigma: f64 = this.shared.filter().compass_offset()[1];
-            /// Readings to date of "barometer", "compass" and "baseline" by what became of them: "used",
-            /// "rejected", "refused".
+            /// Numbers of readings to date of "barometer", "compass" and "baseline", by verdict.
+            ///
+            /// Verdicts are "used", "rejected" and "refused".
             aid_count: Bound<'py, PyDict> = {
                 let counts = |report: &AidReport| {
                     let [used, rejected, refused] = report.counts;
@@ -113,20 +128,26 @@ macro_rules! aided {
                 };
                 of_aids(py, this.shared.filter(), counts)?
             };
-            /// Normalised innovation squared of the last reading of each aid, 1 on average, 3 of a baseline;
-            /// NaN before the first.
+            /// Normalised innovation squared of the last reading of each aid; NaN before the first
+            /// reading.
+            ///
+            /// It is 1 on average, for a baseline 3.
             aid_nis: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.nis))?;
-            /// Standard deviation of each aid that the innovations show, m, rad and m; NaN until ten pairs
-            /// of readings were seen.
+            /// Standard deviation of each aid from the innovations, in m, rad and m.
+            ///
+            /// NaN before ten pairs of readings.
             aid_sigma: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.sigma))?;
-            /// True for each aid whose readings are rejected until they agree with the filter again.
+            /// True for each aid with readings that are rejected until they agree with the filter
+            /// again.
             aid_disturbed: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.disturbed))?;
-            /// True for each output whose standard deviation is within its limit; once lost, from 0.7 of it.
+            /// True for each output with a standard deviation within its limit.
+            ///
+            /// An output that was lost is usable again at 0.7 of the limit.
             usable: Bound<'py, PyDict> = {
                 let bits = this.shared.filter().usable();
                 named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], bits >> k & 1 == 1)))?
             };
-            /// Standard deviations up to which outputs are usable.
+            /// Largest standard deviations of usable outputs.
             limits: Bound<'py, PyDict> = {
                 let limits = this.shared.filter().params().limits;
                 named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], limits[k])))?
@@ -136,7 +157,7 @@ macro_rules! aided {
 }
 pub(crate) use aided;
 
-/// One value for each aid.
+/// One value per aid.
 pub fn of_aids<'py, T: IntoPyObject<'py>>(
     py: Python<'py>,
     filter: &Core,
@@ -147,12 +168,12 @@ pub fn of_aids<'py, T: IntoPyObject<'py>>(
     named(py, [(first, of(&one)?), (second, of(&two)?), (third, of(&three)?)])
 }
 
-/// NaN for a standard deviation that is not given; one that is NaN is no number.
+/// NaN for a standard deviation that is not given; a stated NaN is refused.
 pub fn one_sigma(given: Option<f64>) -> [f64; 3] {
     [given.map_or(f64::NAN, |sigma| if sigma.is_nan() { 0.0 } else { sigma }); 3]
 }
 
-/// The usual limits, or those given.
+/// The default limits, or the stated limits.
 pub fn limits_of(given: Option<&Bound<'_, PyDict>>, wheeled: bool) -> PyResult<Limits> {
     let mut limits = if wheeled { WHEELED_LIMITS } else { LIMITS };
     for (name, limit) in given.into_iter().flatten() {

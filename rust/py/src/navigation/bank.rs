@@ -19,30 +19,31 @@ use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
 use crate::common::streaming::{exclusive, reading, streaming};
 
-/// Four navigation filters that differ in the noise of their sensors; the likeliest one is shown.
+/// Bank of four navigation filters with different sensor noise; it shows the likeliest filter.
 ///
-/// The white noise of gyro and accelerometer is as stated, three times as large for the gyro, five
-/// times for the accelerometer, or both. A clone of each filter coasts: for ten seconds it takes no
-/// fixes, then the next clone leaves the filter. After 2, 5 and 10 s the horizontal errors of the clone
-/// are compared with the fixes. The weight of a filter is the likelihood of these errors, which fades
-/// with a time constant of 300 s. Until there are any, the filter with the stated noise is shown.
+/// One filter has the stated white noise. The others have a gyro's noise three times as large, an
+/// accelerometer's noise five times as large, or both. A clone of each filter coasts: for ten
+/// seconds it uses no fixes, then a new clone replaces it. After 2, 5 and 10 s the clone's
+/// horizontal errors are compared with the fixes. The weight of a filter is the likelihood of these
+/// errors, which fades with a time constant of 300 s. Before the first comparison the filter with
+/// the stated noise is shown.
 ///
-/// State, standard deviations and counts are those of the filter with the largest weight. The work is
-/// six times that of one filter. A track of a bank cannot be smoothed.
+/// State, standard deviations and counts belong to the filter with the largest weight. The work is
+/// six times the work of one filter. A bank's track cannot be smoothed.
 ///
 /// Parameters
 /// ----------
 /// start : Alignment
-///     State before the first sample, as ``zr.align`` returns it.
+///     State before the first sample, as returned by ``zr.align``.
 /// gyro, accel, gyro_vibration, antenna, antenna_sigma, consider_antenna, vehicle, axle, wheel_sigma, speed_sigma :
-///     As in `zerorate.NavigationFilter`. State the least noise that the sensors may have.
+///     As in `zerorate.NavigationFilter`. State the smallest noise that the sensors may have.
 /// gate, adapt, covariance_step, kind, barometer_sigma, barometer_walk, compass_sigma, compass_walk, baseline, limits :
 ///     As in `zerorate.NavigationFilter`.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or is not used.
+///     A parameter is out of range, or the filter does not use it.
 ///
 /// Examples
 /// --------
@@ -72,8 +73,10 @@ aided!(NavigationBank);
 
 #[pymethods]
 impl NavigationBank {
-    /// Takes a recording and the fixes of a receiver as ``NavigationFilter.process`` does; returns the
-    /// `Track` of the filters shown, which cannot be smoothed: ``keep`` must be "track".
+    /// Process a recording and the fixes of a receiver, as ``NavigationFilter.process`` does.
+    ///
+    /// The result is the `Track` of the filters shown. It cannot be smoothed: ``keep`` must be
+    /// "track".
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="track",
@@ -82,7 +85,7 @@ impl NavigationBank {
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
             time_offset=0.0, keep='track', height=None, pressure=None, heading=None, baseline=None)"
     )]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -106,10 +109,11 @@ impl NavigationBank {
         )
     }
 
-    /// Do the work of ``process`` with arrays, as of ``NavigationFilter.process_arrays``: ``record``
-    /// must be False, and the second value returned is None.
+    /// Do the work of ``process`` with arrays, as ``NavigationFilter.process_arrays`` does.
+    ///
+    /// ``record`` must be False, and the second value returned is None.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
-    // The arguments are those of the method in Python.
+    // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
@@ -142,9 +146,11 @@ impl NavigationBank {
 }
 
 getters! { NavigationBank, slf, py, this;
-    /// Weights of the filters, of sum one: with the noise as stated, with a larger one of the gyro, of
-    /// the accelerometer, and of both: (4,).
+    /// Weights of the filters, with sum one: (4,).
+    ///
+    /// In order: the stated noise, a larger gyro noise, a larger accelerometer noise, and both
+    /// larger.
     weights: Object<'py> = arrays::small(py, &this.shared.bank.weights());
-    /// Factors on the white noise of gyro and accelerometer of the filter that is shown: (2,).
+    /// Factors on the white noise of gyro and accelerometer in the filter that is shown: (2,).
     noise_factors: Object<'py> = arrays::small(py, &this.shared.bank.noise_factors());
 }

@@ -6,7 +6,7 @@ use super::kernels::SquaredDifferences;
 use super::record::Record;
 use crate::work;
 
-/// Terms of one factor before the next has its turn: its points stay in the nearest cache.
+/// Number of terms of one factor before the next factor: the points stay in the nearest cache.
 const BLOCK: usize = 1024;
 
 /// Number of factors processed alternately on a block.
@@ -58,8 +58,8 @@ fn separate_at<const K: usize>(record: &Record, m: usize) -> f64 {
     sum
 }
 
-/// TOTDEV: sums of the squared second differences about every point but the ends of each segment,
-/// which is reflected about both, at each factor.
+/// TOTDEV: sums of the squared second differences about all points of each segment except its ends,
+/// at each factor. The segment is reflected about its ends.
 pub fn total(record: &Record, factors: &[usize]) -> Vec<f64> {
     let mut sums = vec![0.0; factors.len()];
     let (mut before, mut after) = ([0.0; BLOCK], [0.0; BLOCK]);

@@ -2,10 +2,10 @@
 
 use pulp::{Simd, WithSimd};
 
-/// Independent sums, which hide the time that one addition takes.
+/// Number of independent sums, which hide the time of an addition.
 const SUMS: usize = 4;
 
-/// Sum of the squared differences of order K - 1: of K slices of one length, term by term.
+/// Sum of the squared differences of order K - 1, from K slices of equal length, term by term.
 pub struct SquaredDifferences<'a, const K: usize>(pub [&'a [f64]; K]);
 
 impl<const K: usize> WithSimd for SquaredDifferences<'_, K> {
@@ -35,10 +35,10 @@ impl WithSimd for SecondDifferences<'_> {
     }
 }
 
-/// The last of K values less its forecast from the others by differences, K = 3 or 4.
+/// The last of K values minus its forecast from the others by differences, K = 3 or 4.
 ///
-/// They are asked for one by one: an array of them, made by `map`, may be left as a call, in memory
-/// and four times as slow.
+/// The values are read one by one. An array of them, made by `map`, may remain a call in memory,
+/// which is four times as slow.
 #[inline(always)]
 fn difference<S: Simd, const K: usize>(simd: S, x: impl Fn(usize) -> S::f64s) -> S::f64s {
     let ends = match K {
@@ -52,7 +52,7 @@ fn difference<S: Simd, const K: usize>(simd: S, x: impl Fn(usize) -> S::f64s) ->
     simd.negate_mul_add_e_f64s(simd.splat_f64s(weight), inner, ends)
 }
 
-/// Adds up `add(sum, difference)` over slices of one length, at zeros after their end.
+/// Sums `add(sum, difference)` over slices of equal length, with zeros after their end.
 #[inline(always)]
 fn accumulate<S: Simd, const K: usize>(
     simd: S,
@@ -78,7 +78,7 @@ fn accumulate<S: Simd, const K: usize>(
     total.map_or(0.0, |total| simd.reduce_sum_f64s(total))
 }
 
-/// Puts third differences of four slices, term by term, into `out`.
+/// Writes third differences of four slices, term by term, to `out`.
 pub struct PutThirdDifferences<'a> {
     pub slices: [&'a [f64]; 4],
     pub out: &'a mut [f64],

@@ -1,4 +1,4 @@
-//! The deviations, with their names, terms and the length of record that each needs.
+//! The deviations: names, terms, and lengths of record that they need.
 
 use super::record::Record;
 use super::{differences, windows};
@@ -12,21 +12,21 @@ pub enum Kind {
     Oadev,
     /// Modified Allan.
     Mdev,
-    /// Time: the modified Allan deviation times m/√3.
+    /// Time deviation: the modified Allan deviation times m/√3.
     Tdev,
     /// Hadamard, adjacent clusters.
     Hdev,
     /// Hadamard, every cluster.
     Ohdev,
-    /// Total: the record reflected at both ends.
+    /// Total deviation: the record is reflected at its ends.
     Totdev,
     /// Modified total.
     Mtotdev,
-    /// Time total: the modified total deviation times m/√3.
+    /// Time total deviation: the modified total deviation times m/√3.
     Ttotdev,
     /// Hadamard total.
     Htotdev,
-    /// Theo1, of an even m from 10 on; its averaging time is 0.75 m.
+    /// Theo1, for even m of at least 10; its averaging time is 0.75 m.
     Theo1,
     /// Parabolic.
     Pdev,
@@ -49,18 +49,18 @@ impl Kind {
         (Self::Pdev, "pdev"),
     ];
 
-    /// The kind with this name.
+    /// Kind with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(kind, _)| *kind)
     }
 
-    /// True if it uses third differences, which a ramp of the rate does not affect.
+    /// True if it uses third differences, which a ramp of the rate does not change.
     pub fn is_hadamard(self) -> bool {
         matches!(self, Self::Hdev | Self::Ohdev | Self::Htotdev)
     }
 
-    /// Least number of samples without a gap for a term at averaging factor `m`, if any number
-    /// suffices.
+    /// Smallest number of samples without a gap for a term at averaging factor `m`; `None` if no
+    /// number is enough.
     pub fn needs(self, m: usize) -> Option<usize> {
         let samples = match self {
             Self::Adev | Self::Oadev | Self::Pdev => m.checked_mul(2),
@@ -88,7 +88,7 @@ impl Kind {
         if self.needs(m).is_some_and(|needed| needed <= samples) { m } else { 0 }
     }
 
-    /// Terms of a segment of `points` phase points.
+    /// Number of terms in a segment of `points` phase points.
     pub(super) fn terms(self, m: usize, points: usize) -> usize {
         if self.needs(m).is_none_or(|needed| points <= needed) {
             return 0;
@@ -96,7 +96,7 @@ impl Kind {
         match self {
             Self::Adev => (points - 1 - 2 * m) / m + 1,
             Self::Hdev => (points - 1 - 3 * m) / m + 1,
-            // Of the parabolic kind one more would fit, which its authors leave out.
+            // For the parabolic kind one more term would fit, which its authors leave out.
             Self::Oadev | Self::Pdev => points - 2 * m,
             Self::Ohdev | Self::Htotdev => points - 3 * m,
             Self::Mdev | Self::Tdev | Self::Mtotdev | Self::Ttotdev => points - 3 * m + 1,
@@ -105,7 +105,7 @@ impl Kind {
         }
     }
 
-    /// Factors whose sums share one pass over the record.
+    /// Number of factors whose sums share one pass over the record.
     pub(super) fn group(self) -> usize {
         match self {
             Self::Oadev | Self::Ohdev | Self::Totdev => differences::GROUP,
@@ -130,7 +130,7 @@ impl Kind {
         }
     }
 
-    /// The deviation for a mean of the terms at `m`.
+    /// Deviation for a mean of the terms at `m`.
     pub(super) fn deviation(self, mean: f64, m: usize) -> f64 {
         let m = m as f64;
         match self {

@@ -1,5 +1,4 @@
-//! Deviations of whole records at many averaging factors: the Allan and Hadamard families with
-//! their relatives.
+//! Deviations of whole records at many averaging factors: the Allan and Hadamard families.
 
 mod differences;
 mod kernels;
@@ -13,10 +12,10 @@ use crate::math::parallel;
 pub use self::kind::Kind;
 pub use self::record::Record;
 
-/// A deviation and the number of its terms.
+/// A deviation and its number of terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// In the unit of the samples.
+    /// Deviation in the samples' unit.
     pub deviation: f64,
     /// Number of terms, overlapping ones included.
     pub terms: usize,
@@ -25,10 +24,10 @@ pub struct Estimate {
 /// Variances of one record at each averaging factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// `None` where there is no term.
+    /// `None` for a factor without a term.
     pub estimates: Vec<Option<Estimate>>,
-    /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4; if it cannot be
-    /// identified, that of the previous factor, or 0 (white rate) at the first.
+    /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4. If it cannot be
+    /// identified, it is the previous factor's value, or 0 (white rate) at the first.
     pub exponents: Vec<i32>,
 }
 
@@ -45,8 +44,8 @@ impl Curve {
 
 type Part = Vec<(Option<Estimate>, Option<i32>)>;
 
-/// The curve of each record, with `parallel` on the current thread pool (feature `parallel`); the
-/// result is the same to the last bit.
+/// The curve of each record, with `parallel` on the current thread pool (feature `parallel`). The
+/// result is bit-identical.
 pub fn curves(records: &[Record], kind: Kind, factors: &[usize], parallel: bool) -> Vec<Curve> {
     let groups: Vec<&[usize]> = factors.chunks(kind.group()).collect();
     let tasks: Vec<(&Record, &[usize])> = records
@@ -64,7 +63,7 @@ fn part(record: &Record, kind: Kind, factors: &[usize]) -> Part {
     estimates(record, kind, factors).into_iter().zip(factors.iter().map(exponent)).collect()
 }
 
-/// Of factors that share one pass.
+/// Estimates of factors that share one pass.
 fn estimates(record: &Record, kind: Kind, factors: &[usize]) -> Vec<Option<Estimate>> {
     let terms = |m: usize| -> usize { record.segments().map(|x| kind.terms(m, x.len())).sum() };
     let counted: Vec<(usize, usize)> = factors.iter().map(|m| (*m, terms(*m))).collect();

@@ -1,21 +1,22 @@
 //! The power law of the rate's noise, S(f) ~ f^α, at one averaging time.
 //!
-//! From the correlation of neighbouring averages (Riley & Greenhall 2004; NIST SP 1065, 5.5.6), of
-//! few averages from the ratio of their variances (5.5.3); white from flicker phase noise, which
-//! averages hardly show, from the ratio of modified and plain Allan variance (5.5.5).
+//! It follows from the correlation of neighbouring averages (Riley & Greenhall 2004; NIST SP 1065,
+//! 5.5.6). For few averages it follows from the ratio of their variances (5.5.3). Averages hardly
+//! distinguish white and flicker phase noise; the ratio of modified and plain Allan variance does
+//! (5.5.5).
 
 use std::f64::consts::{LN_2, PI};
 
 use super::record::Record;
 
-/// Averages that are looked at: the standard error of their correlation is 0.02.
+/// Largest number of averages: the standard error of their correlation is then 0.02.
 const MAX_AVERAGES: usize = 1 << 11;
 
-/// Fewest averages for a correlation, and for anything.
+/// Smallest number of averages for a correlation, and for any estimate.
 const MIN_CORRELATION_AVERAGES: usize = 30;
 const MIN_AVERAGES: usize = 4;
 
-/// The exponent α of averages over `m` samples, at least `lowest`; `None` for too few of them.
+/// Exponent α of averages over `m` samples, at least `lowest`; `None` if there are too few.
 pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
     let x = record.longest_segment();
     let count = (x.len().saturating_sub(1) / m).min(MAX_AVERAGES);
@@ -52,15 +53,16 @@ fn sum_of_squares(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum()
 }
 
-/// A correlation r at lag one, as δ = r / (1 + r), from which on differences are taken: it is 0 of
-/// white noise, 0.2 of the differences of an averaged walk, and from 0.4 on of redder noise.
+/// Smallest correlation r at lag one, as δ = r / (1 + r), from which differences are taken. δ is 0
+/// for white noise, 0.2 for the differences of an averaged walk, and at least 0.4 for redder noise.
 const RED_NOISE_DELTA: [f64; 3] = [0.25, 0.33, f64::INFINITY];
 
-/// Half way between what is expected of flicker noise and of a walk, after one difference and
-/// after two: of single samples, and of averages, which are correlated by themselves.
+/// Middle between the expected values for flicker noise and a walk, after one difference and after
+/// two: for single samples, and for averages, which are correlated.
 const WALK_BOUNDARY: [[f64; 2]; 2] = [[-0.18, -0.18], [-0.03, 0.12]];
 
-/// Takes differences until the rest is nearly white; its correlation at lag one says how nearly.
+/// Takes differences until the rest is nearly white; its correlation at lag one gives the remaining
+/// exponent.
 fn from_correlation(mut averages: Vec<f64>, m: usize, lowest: i32) -> Option<i32> {
     let most = (-lowest / 2) as usize;
     let mut taken = 0;
@@ -85,7 +87,8 @@ fn correlation(values: &[f64]) -> Option<f64> {
     (!r.is_nan()).then_some(r / (1.0 + r))
 }
 
-/// By the ratio of sample variance and Allan variance, which grows the more, the redder the noise.
+/// Exponent from the ratio of sample variance and Allan variance, which grows with the redness of
+/// the noise.
 fn from_variances(averages: &[f64], lowest: i32) -> Option<i32> {
     let n = averages.len() as f64;
     let allan = sum_of_squares(&differences(averages)) / (2.0 * (n - 1.0));
@@ -93,7 +96,7 @@ fn from_variances(averages: &[f64], lowest: i32) -> Option<i32> {
     if ratio.is_nan() {
         return None;
     }
-    // Expected for α = 1, 0, -1, -2, -3.
+    // Expected values for α = 1, 0, -1, -2, -3.
     let expected = [
         2.0 * (n + 1.0) / (3.0 * n),
         1.0,

@@ -1,4 +1,4 @@
-//! A record of rates, turned into phase.
+//! A record of rates, converted to phase.
 
 use std::ops::Range;
 
@@ -9,25 +9,25 @@ use crate::math::parallel;
 use crate::math::segments::segment_ranges;
 use crate::work;
 
-/// Samples beyond this magnitude, or all below its reciprocal, are scaled before they are squared.
+/// Largest sample that is squared without scaling; records below its reciprocal are scaled, too.
 const MAX_UNSCALED_SAMPLE: f64 = 1e100;
 
-/// The phase of a rate record (the sums of its samples less their mean), at a sampling interval of
-/// one, piece by piece between its gaps.
+/// Phase of a rate record, in segments between its gaps: the sums of its samples minus their mean,
+/// at a sampling interval of one.
 #[derive(Debug, Clone)]
 pub struct Record {
     phase: Vec<f64>,
     segments: Vec<Range<usize>>,
-    /// Power of two that the samples were divided by.
+    /// Power of two by which the samples were divided.
     unit: f64,
     arch: Arch,
 }
 
 impl Record {
-    /// Takes rate samples, of which those not finite are missing, and closes gaps of at most
-    /// `bridge` samples by a straight line.
+    /// Creates a record from rate samples; samples that are not finite are missing. Gaps of at most
+    /// `bridged` samples are closed by a straight line.
     ///
-    /// The phase takes the place of the samples; with capacity for one more, nothing is copied.
+    /// The phase replaces the samples; with capacity for one more value, nothing is copied.
     pub fn new(mut samples: Vec<f64>, bridged: usize) -> Self {
         let arch = Arch::new();
         let mut present: Vec<_> = std::iter::once(0..samples.len()).collect();
@@ -71,7 +71,7 @@ impl Record {
     }
 }
 
-/// The samples' distances from one of them, whose mean is precise also on a large offset.
+/// Distances of the samples from one sample, whose mean is precise even with a large offset.
 struct Summary {
     origin: f64,
     sum: f64,
@@ -101,7 +101,7 @@ impl Summary {
     }
 }
 
-/// A power of two near `largest`, or one where no square can overflow or vanish.
+/// A power of two near `largest`, or one if no square can overflow or underflow.
 fn unit(largest: f64) -> f64 {
     if largest == 0.0 || (MAX_UNSCALED_SAMPLE.recip()..MAX_UNSCALED_SAMPLE).contains(&largest) {
         return 1.0;
@@ -109,7 +109,8 @@ fn unit(largest: f64) -> f64 {
     largest.log2().floor().clamp(-1000.0, 1000.0).exp2()
 }
 
-/// Puts before each sample the sum of those before it in its segment, and the whole sum after.
+/// Replaces each sample by the sum of the earlier samples in its segment, and adds the whole sum
+/// after them.
 fn integrate(samples: &mut Vec<f64>, present: &[Range<usize>], summary: &Summary) {
     work::push(samples, 0.0);
     let mean = summary.mean_distance();
@@ -124,7 +125,7 @@ fn integrate(samples: &mut Vec<f64>, present: &[Range<usize>], summary: &Summary
     }
 }
 
-/// Puts a line across every gap of at most `longest` samples between two finite ones.
+/// Draws a line across every gap of at most `longest` samples between two finite samples.
 pub fn bridge(samples: &mut [f64], longest: usize) {
     let mut last = None;
     for i in 0..samples.len() {

@@ -1,4 +1,4 @@
-//! MDEV, TDEV, PDEV, MTOTDEV, TTOTDEV and HTOTDEV: sums over windows that slide along the phase.
+//! MDEV, TDEV, PDEV, MTOTDEV, TTOTDEV and HTOTDEV: sums over sliding windows of the phase.
 
 use std::array::from_fn;
 
@@ -9,16 +9,16 @@ use super::kernels::{PutThirdDifferences, SecondDifferences, squared_differences
 use super::record::Record;
 use crate::work;
 
-/// Terms of a block.
+/// Number of terms in a block.
 const BLOCK: usize = 512;
 
-/// Factors that one loop adds up together, since each addition waits for the one before.
+/// Number of factors that one loop sums together, since each addition waits for the previous one.
 pub const GROUP: usize = 8;
 
 type Steps = [[f64; BLOCK]; GROUP];
 
-/// MDEV, TDEV: sums over all j of the squared sum of the second differences j to j + m, at each
-/// factor.
+/// MDEV, TDEV: sums over all j of the squared sum of the second differences from j to j + m, at
+/// each factor.
 pub fn modified(record: &Record, factors: &[usize]) -> Vec<f64> {
     let mut squares = [0.0; GROUP];
     let mut steps: Steps = [[0.0; BLOCK]; GROUP];
@@ -38,9 +38,9 @@ pub fn modified(record: &Record, factors: &[usize]) -> Vec<f64> {
     squares[..factors.len()].to_vec()
 }
 
-/// Adds up the squares of all windows that slide along a block.
+/// Adds the squares of all windows that slide along a block.
 fn scan(steps: &Steps, windows: &mut [f64; GROUP], squares: &mut [f64; GROUP]) {
-    // More at a time than four would not stay in registers.
+    // More than four at a time would not fit in registers.
     for first in (0..GROUP).step_by(4) {
         let steps: [&[f64; BLOCK]; 4] = from_fn(|g| &steps[first + g]);
         let (mut sums, mut block) = (from_fn::<_, 4, _>(|g| windows[first + g]), [0.0; 4]);
@@ -55,7 +55,7 @@ fn scan(steps: &Steps, windows: &mut [f64; GROUP], squares: &mut [f64; GROUP]) {
     }
 }
 
-/// The sum of m second differences, which slides along a segment.
+/// Sum of m second differences, which slides along a segment.
 struct Window<'a> {
     x: &'a [f64],
     m: usize,
@@ -64,8 +64,8 @@ struct Window<'a> {
 }
 
 impl Window<'_> {
-    /// Puts the steps of a block that is all terms into `steps`; of a block that is not, adds up
-    /// what there is itself and leaves a window that stays zero.
+    /// Writes the steps of a block to `steps` if all of it are terms. Otherwise it adds the terms
+    /// itself and leaves a window that stays zero.
     fn advance(&self, start: usize, sum: &mut f64, steps: &mut [f64; BLOCK]) -> f64 {
         if start >= self.terms {
             return 0.0;
@@ -91,8 +91,8 @@ impl Window<'_> {
         squares
     }
 
-    /// Terms after which the sum is computed again: rounding errors gather on the way, and a new
-    /// sum costs m additions.
+    /// Number of terms after which the sum is computed again. Rounding errors accumulate, and a new
+    /// sum takes m additions.
     fn renewal(&self) -> usize {
         (16 * self.m).max(1 << 16).next_multiple_of(BLOCK)
     }
@@ -118,7 +118,8 @@ fn parabolic_at(record: &Record, m: usize) -> f64 {
     if m == 1 {
         return differences::overlapping::<3>(record, &[1])[0];
     }
-    // Two sliding sums gather rounding errors faster than one: they are computed again often.
+    // Two sliding sums accumulate rounding errors faster than one and are computed again more
+    // often.
     let renewal = (4 * m).max(256);
     let mut sum = 0.0;
     for x in record.segments() {
@@ -153,7 +154,8 @@ pub fn modified_total(record: &Record, factors: &[usize]) -> Vec<f64> {
     factors.iter().map(sum_at).collect()
 }
 
-/// HTOTDEV: mean squares of reflected windows of rate, added up at each factor; at 1, those of OHDEV.
+/// HTOTDEV: mean squares of reflected windows of rate, added at each factor; at factor 1, the
+/// squares of OHDEV.
 pub fn hadamard_total(record: &Record, factors: &[usize]) -> Vec<f64> {
     let sum_at = |m: &usize| match m {
         1 => differences::overlapping::<4>(record, &[1])[0],
@@ -166,14 +168,14 @@ fn rates(x: &[f64]) -> Vec<f64> {
     work::collect(x.windows(2).map(|pair| pair[1] - pair[0]))
 }
 
-/// Sum over all windows of 3 m values, each without its slope and reflected at both ends.
+/// Sum over all windows of 3 m values, each without its slope and reflected at its ends.
 ///
-/// A reflected window repeats after 6 m points and is symmetric about both of its ends, so half of
-/// the positions tell all, and its running sum is odd about both ends.
+/// A reflected window repeats after 6 m points and is symmetric about its ends. Half of the
+/// positions are therefore enough, and its running sum is odd about its ends.
 fn reflected_sum(values: &[f64], m: usize, arch: Arch) -> f64 {
     let Some(last) = values.len().checked_sub(m.saturating_mul(3)) else { return 0.0 };
     let mut windows = Reflected::new(m);
-    // One running sum serves as many windows as a window has values, and stays short: precise.
+    // One running sum serves as many windows as a window has values, and stays short and precise.
     let share = share(m);
     let starts = (0..=last).step_by(share);
     starts
@@ -184,7 +186,7 @@ fn reflected_sum(values: &[f64], m: usize, arch: Arch) -> f64 {
         .sum()
 }
 
-/// Windows that one running sum serves.
+/// Number of windows that one running sum serves.
 fn share(m: usize) -> usize {
     (3 * m).max(64)
 }
@@ -196,7 +198,7 @@ struct Reflected {
     index: Vec<f64>,
     /// Sums of the first k values.
     running: Vec<f64>,
-    /// Running sum of the window and of half a reflection on either side.
+    /// Running sum of the window and of half a reflection on each side.
     odd: Vec<f64>,
 }
 
@@ -207,7 +209,7 @@ impl Reflected {
         Self { m, index, running: work::room(2 * share(m)), odd }
     }
 
-    /// The windows of `values`, which begin at all but its last 3 m - 1.
+    /// The windows of `values`; they begin at all values except the last 3 m - 1.
     fn over(&mut self, values: &[f64]) -> Over<'_> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         self.running.clear();
@@ -245,13 +247,13 @@ impl Reflected {
         let slices = [0, m, 2 * m, 3 * m].map(|from| &self.odd[from..=from + last]);
         let squared = |p: usize| squared_differences(simd, slices.map(|slice| &slice[p..=p]));
         let half = squared_differences(simd, slices);
-        // An even number of points has its first and last position only once in a period.
+        // With an even number of points, the first and last positions occur only once in a period.
         let ends = if m.is_multiple_of(2) { squared(0) + squared(last) } else { 0.0 };
         (2.0 * half - ends) / (6.0 * (m as f64).powi(3))
     }
 }
 
-/// Samples of reflected windows after which work that was asked to stop does.
+/// Number of samples of reflected windows between two checks for a stop.
 const SAMPLES_PER_CHECK: usize = 1 << 16;
 
 struct Over<'a>(&'a mut Reflected);

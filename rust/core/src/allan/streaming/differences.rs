@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::phases::{BLOCK, Phases};
 
-/// Second differences, of which the Allan variance is made, and third ones, of which the Hadamard
-/// variance is. Octave j takes them of phases `m = 2^j` samples apart.
+/// Second differences for the Allan variance, and third differences for the Hadamard variance.
+/// Octave j takes them from phases `m = 2^j` samples apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Differences {
     second: Vec<Squares>,
@@ -15,8 +15,8 @@ pub(super) struct Differences {
 /// A sum of squares.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Squares {
-    /// Element i sums up the terms at phases whose index is i modulo the length, so that a block
-    /// adds to each once, side by side.
+    /// Element i sums the terms at phases with an index of i modulo the length: a block adds once
+    /// to each element, in parallel.
     sums: [f64; BLOCK],
     terms: u64,
 }
@@ -43,7 +43,7 @@ impl Differences {
         self.third.get(octave)
     }
 
-    /// Adds the terms at `x_k`, the last phase, at every octave that the piece is long enough for.
+    /// Adds the terms at `x_k`, the last phase, at every octave for which the piece is long enough.
     #[inline]
     pub(super) fn observe(&mut self, phases: &Phases, k: u64) {
         let both = octaves_within(k / 3).min(self.octaves());
@@ -85,14 +85,14 @@ impl Differences {
         }
     }
 
-    /// [`observe`](Self::observe) at each phase of the block that is not whole.
+    /// [`observe`](Self::observe) at each phase of the incomplete block.
     pub(super) fn settle(&mut self, phases: &Phases) {
         for k in phases.pending() {
             self.observe(phases, k);
         }
     }
 
-    /// True if this could be after `samples`.
+    /// True if this state is possible after `samples` samples.
     pub(super) fn is_possible(&self, samples: u64) -> bool {
         self.second.len() == self.third.len()
             && self.second.iter().chain(&self.third).all(|squares| {
@@ -108,7 +108,7 @@ impl Squares {
         self.terms += 1;
     }
 
-    /// Mean square, NaN without a term, and the number of terms.
+    /// Mean square, NaN without a term, and number of terms.
     pub(super) fn mean(&self) -> (f64, u64) {
         match self.terms {
             0 => (f64::NAN, 0),
@@ -117,12 +117,12 @@ impl Squares {
     }
 }
 
-/// The number of octaves with an averaging time of at most `m` samples.
+/// Number of octaves with an averaging time of at most `m` samples.
 fn octaves_within(m: u64) -> usize {
     m.checked_ilog2().map_or(0, |octave| octave as usize + 1)
 }
 
-/// Apart, so that the compiler knows that nothing overlaps.
+/// In its own function, so that the compiler knows that nothing overlaps.
 #[inline(never)]
 fn add_blocks(second: &mut [f64; BLOCK], third: &mut [f64; BLOCK], phases: [&[f64]; 4]) {
     let phases = phases.map(|block| &block[..BLOCK]);

@@ -14,19 +14,19 @@ use crate::stream::checkpoint::{Checkpoint, decode};
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
 ///
-/// They equal those of the whole record: a difference at every sample needs the phases of the last
-/// three times the longest averaging time, kept in a ring of `2^(octaves+1)` phases that is
-/// reserved once. Partly overlapping variances would need a few numbers per octave, but have fewer
-/// terms.
+/// They equal the variances of the whole record. A difference at every sample needs the phases of
+/// the last three times the longest averaging time. They are stored in a ring of `2^(octaves+1)`
+/// phases that is reserved once. Partly overlapping variances would need a few numbers per octave,
+/// but have fewer terms.
 ///
-/// A sample that is not finite is missing, and every term that would need it is left out.
+/// A sample that is not finite is missing, and every term that needs it is left out.
 ///
-/// The phase sums up distances from the first sample of a piece without missing ones. On a
-/// piece of n samples whose mean lies D off its first one, rounding is as noise of deviation
-/// `6e-17 n D` on each sample: 3e-7 of the samples' deviation σ for 1e8 samples and D = 40 σ, which
-/// moves each result by some 3e-7 of what chance does: 3e-9 of itself at 32768 samples. The
-/// sums of squares are of 32 parts, each of which rounds to 1e-16 of itself: 1e9 terms cost some
-/// 1e-12.
+/// The phase sums distances from the first sample of a piece without missing samples. On a piece of
+/// n samples, with a mean D away from its first sample, rounding acts as noise of standard
+/// deviation `6e-17 n D` on each sample. For 1e8 samples and D = 40 σ this is 3e-7 σ, with σ the
+/// samples' standard deviation. It changes each result by some 3e-7 of its chance error, or 3e-9 of
+/// its value at 32768 samples. The sums of squares have 32 parts, and each rounds to 1e-16 of
+/// itself: 1e9 terms lose some 1e-12.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StreamingAllan {
     rate: f64,
@@ -36,7 +36,7 @@ pub struct StreamingAllan {
 }
 
 impl StreamingAllan {
-    /// The most octaves: 8 million samples, 256 MiB.
+    /// Largest number of octaves: 8 million samples, 256 MiB.
     pub const MAX_OCTAVES: usize = 24;
 
     /// An estimator for `rate` samples per second; the rate scales only the averaging times.
@@ -44,7 +44,7 @@ impl StreamingAllan {
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
     /// [`MAX_OCTAVES`](Self::MAX_OCTAVES),
-    /// [`Error::Memory`] if there is none for the ring.
+    /// [`Error::Memory`] if there is no memory for the ring.
     pub fn new(rate: f64, octaves: usize) -> Result<Self, Error> {
         check_rate(rate)?;
         if !(1..=Self::MAX_OCTAVES).contains(&octaves) {
@@ -62,10 +62,10 @@ impl StreamingAllan {
         })
     }
 
-    /// Takes one sample.
+    /// Processes one sample.
     ///
-    /// Its phase is kept at once, the differences are taken of 32 phases together, side by side:
-    /// what is read does not show it.
+    /// Its phase is stored at once; the differences are computed for 32 phases together. The
+    /// results do not depend on this.
     #[inline]
     pub fn observe(&mut self, z: f64) {
         self.samples_seen += 1;
@@ -86,7 +86,7 @@ impl StreamingAllan {
         self.phases.clear();
     }
 
-    /// The differences, those of the block that is not whole included.
+    /// The differences, including the incomplete block.
     fn settled(&self) -> Differences {
         let mut differences = self.differences.clone();
         differences.settle(&self.phases);
@@ -98,7 +98,7 @@ impl StreamingAllan {
         self.rate
     }
 
-    /// Averaging time of an octave in seconds.
+    /// Averaging time of an octave, s.
     pub fn tau(&self, octave: usize) -> f64 {
         2f64.powi(octave as i32) / self.rate
     }
@@ -113,14 +113,14 @@ impl StreamingAllan {
         self.samples_seen
     }
 
-    /// Allan variance at an averaging time of `2^octave` samples and the number of its terms; NaN
-    /// without one.
+    /// Allan variance at an averaging time of `2^octave` samples, NaN without a term, and its
+    /// number of terms.
     pub fn allan(&self, octave: usize) -> (f64, u64) {
         variance(self.settled().second(octave), octave, 2.0)
     }
 
-    /// Hadamard variance at an averaging time of `2^octave` samples and the number of its terms;
-    /// NaN without one.
+    /// Hadamard variance at an averaging time of `2^octave` samples, NaN without a term, and its
+    /// number of terms.
     pub fn hadamard(&self, octave: usize) -> (f64, u64) {
         variance(self.settled().third(octave), octave, 6.0)
     }
@@ -188,7 +188,7 @@ fn variance(squares: Option<&Squares>, octave: usize, weight: f64) -> (f64, u64)
     (mean_square / (weight * m * m), terms)
 }
 
-/// Phases that the longest averaging time looks back by.
+/// Number of phases that the longest averaging time looks back.
 fn distance(octaves: usize) -> usize {
     3 << (octaves - 1)
 }

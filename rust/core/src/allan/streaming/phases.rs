@@ -8,28 +8,28 @@ use crate::error::Error;
 use crate::memory;
 use crate::stream::checkpoint::decode;
 
-/// Phases that are worked on side by side.
+/// Number of phases that are processed together.
 pub(super) const BLOCK: usize = 32;
 
-/// The start of the first block of which an octave has a term at all phases or at none.
+/// Start of the first block in which an octave has a term at all phases or at none.
 pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 
-/// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
+/// Largest distance from the first sample: the square of a sum of 2²⁵ of them is finite.
 const MAX_DISTANCE: f64 = 1e140;
 
-/// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the first one of the
-/// piece, so that an offset costs no precision.
+/// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the piece's first sample.
+/// An offset reduces no precision.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Phases {
     origin: f64,
     count: u64,
-    /// `x_k` stands at `k` modulo the capacity.
+    /// Ring: `x_k` is at `k` modulo the capacity.
     ring: Vec<f64>,
     capacity: usize,
 }
 
 impl Phases {
-    /// Headroom to look back by `distance` phases from each of a block.
+    /// A ring that can look back by `distance` phases from each phase of a block.
     pub(super) fn new(distance: usize) -> Result<Self, Error> {
         Self { origin: 0.0, count: 0, ring: Vec::new(), capacity: capacity(distance) }
             .with_reserve()
@@ -48,21 +48,21 @@ impl Phases {
         Ok((Self { origin, count, ring, capacity }, bytes))
     }
 
-    /// The same phases, with the same room.
+    /// The same phases, with the same capacity.
     pub(super) fn try_clone(&self) -> Result<Self, Error> {
         let mut ring = memory::room(self.capacity)?;
         ring.extend_from_slice(&self.ring);
         Ok(Self { ring, ..*self })
     }
 
-    /// With memory for the whole ring, so that no step needs any.
+    /// The phases with memory for the whole ring: no step allocates.
     pub(super) fn with_reserve(mut self) -> Result<Self, Error> {
         let missing = self.capacity - self.ring.len();
         memory::reserve(&mut self.ring, missing)?;
         Ok(self)
     }
 
-    /// True if [`new`](Self::new) for this distance could have come to this state.
+    /// True if [`new`](Self::new) with this distance can lead to this state.
     pub(super) fn is_valid(&self, distance: usize) -> bool {
         let most = self.count as f64 * MAX_DISTANCE;
         self.capacity == capacity(distance)
@@ -77,12 +77,12 @@ impl Phases {
         self.capacity * size_of::<f64>()
     }
 
-    /// The number of values, `x_0` included; the samples of the piece are one fewer.
+    /// Number of phases, `x_0` included; the piece has one sample less.
     pub(super) fn count(&self) -> u64 {
         self.count
     }
 
-    /// A sample was missing: the next one starts another piece.
+    /// Notes a missing sample: the next sample starts another piece.
     pub(super) fn clear(&mut self) {
         self.origin = 0.0;
         self.count = 0;
@@ -106,13 +106,13 @@ impl Phases {
         LookBack { ring: &self.ring, mask: self.capacity - 1, k: k as usize }
     }
 
-    /// The phases of a block that is not whole yet, from the first block on that waits for that.
+    /// The phases of the incomplete block, from the first block on that waits for completion.
     pub(super) fn pending(&self) -> Range<u64> {
         let start = self.count - self.count % BLOCK as u64;
         start.max(FIRST_BLOCK).min(self.count)..self.count
     }
 
-    /// The last four blocks, where the last one is whole.
+    /// The last four blocks, if the last block is complete.
     pub(super) fn recent(&self) -> Recent {
         let mut recent = [0.0; 4 * BLOCK];
         for (i, block) in recent.chunks_exact_mut(BLOCK).enumerate() {
@@ -139,7 +139,7 @@ impl Phases {
         })
     }
 
-    /// The block that starts at `x_k`, `k` a multiple of its length: it never wraps.
+    /// The block that starts at `x_k`; `k` is a multiple of its length, and the block never wraps.
     fn block(&self, k: u64) -> &[f64] {
         &self.ring[self.index(k)..][..BLOCK]
     }
@@ -156,7 +156,7 @@ impl Phases {
         k as usize & (self.capacity - 1)
     }
 
-    /// Into the part of the ring that is not yet there, or over the oldest.
+    /// Adds a phase to the ring, or overwrites the oldest phase.
     fn store(&mut self, x: f64) {
         let index = self.index(self.count);
         match self.ring.get_mut(index) {
@@ -171,7 +171,7 @@ impl Phases {
 pub(super) type Recent = [f64; 4 * BLOCK];
 
 impl Clone for Phases {
-    /// With the same room: a vector's own clone has none to spare.
+    /// With the same capacity: a vector's own clone has no spare capacity.
     fn clone(&self) -> Self {
         let mut ring = Vec::with_capacity(self.capacity);
         ring.extend_from_slice(&self.ring);
@@ -183,7 +183,7 @@ fn capacity(distance: usize) -> usize {
     (distance + 1).max(4 * BLOCK).next_power_of_two()
 }
 
-/// The phases before one of them.
+/// The phases before a phase.
 #[derive(Clone, Copy)]
 pub(super) struct LookBack<'a> {
     ring: &'a [f64],

@@ -1,5 +1,5 @@
-//! Standard deviation of a heading that a magnetometer holds: fields of rooms and iron of the body
-//! do not average out as white noise does.
+//! Standard deviation of a heading from a magnetometer. Fields of rooms and iron of the body do not
+//! average out like white noise.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,16 +8,16 @@ use super::DEGREE;
 use super::iron::Iron;
 use crate::math::validity::{are_within, is_size};
 
-/// Deviation that is always left, rad, and that at the start.
+/// Smallest standard deviation, rad, and initial value.
 const MIN_DEVIATION_RAD: f64 = 0.5 * DEGREE;
 const INITIAL_DEVIATION_RAD: f64 = 3.0 * DEGREE;
-/// Seconds of the mean innovation whose square says how wrong places are.
+/// Time of the mean innovation whose square gives the error from place to place, s.
 const INNOVATION_MEAN_S: f64 = 5.0;
-/// Of a heading that nothing is known of, rad².
+/// Variance of an unknown heading, rad².
 const MAX_HEADING_VARIANCE_RAD2: f64 = 10.0;
 /// Largest tangent of a dip.
 const MAX_DIP_TANGENT: f64 = 10.0;
-/// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
+/// Variance of an unknown tilt, rad²: its error is at most half a turn.
 const MAX_TILT_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI;
 
 /// Correction of the heading by the field.
@@ -27,14 +27,14 @@ pub struct Correction {
     pub noise: f64,
     /// Angle from north, rad.
     pub innovation: f64,
-    /// Level and vertical part of the field.
+    /// Horizontal and vertical part of the field.
     pub level: f64,
     pub down: f64,
     /// Variance of the tilt about one axis, rad².
     pub tilt: f64,
-    /// East in the axes of the sensor.
+    /// East in the sensor's axes.
     pub east: Vector3<f64>,
-    /// Share of a mean over places.
+    /// Weight of the tick in a mean over places.
     pub field_weight: f64,
     pub span: f64,
 }
@@ -42,23 +42,23 @@ pub struct Correction {
 /// Parts of the heading's variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deviation {
-    /// The share of white noise of the field in the filter's variance, and what is left of it that
+    /// Share of the field's white noise in the filter's variance, and the remaining variance that
     /// no field has shown, rad².
     white: f64,
     own: f64,
-    /// The filter's variance when a field was last used, rad².
+    /// Variance of the filter when a field was last used, rad².
     known: f64,
-    /// The heading's deviation by a tilt that mixes the field's dip into it, rad.
+    /// Standard deviation of the heading from a tilt that mixes the field's dip into it, rad.
     tilted: f64,
-    /// Mean innovation over a place, rad, and its mean square over places.
+    /// Mean innovation at a place, rad, and its mean square over places.
     mean: f64,
     field_variance: f64,
-    /// Derivative of the heading by a field in the sensor's axes, 1 over the field's unit.
+    /// Derivative of the heading by a field in the sensor's axes, one over the field's unit.
     shares: Vector3<f64>,
 }
 
 impl Deviation {
-    /// Deviation of a heading with this variance.
+    /// Standard deviation of a heading with this variance.
     pub fn new(heading: f64) -> Self {
         Self {
             white: 0.0,
@@ -71,13 +71,12 @@ impl Deviation {
         }
     }
 
-    /// The share that no field has shown, of a heading that has this variance now.
+    /// Variance that no field has shown, for a heading that has this variance now.
     fn since_field(&self, heading: f64) -> f64 {
         (self.own + heading - self.known).max(0.0)
     }
 
-    /// Process a correction of the heading, its variance before and after, and the strength of the
-    /// field.
+    /// Processes a correction of the heading: its variance before and after, and the field's size.
     pub fn correct(&mut self, by: &Correction, before: f64, after: f64, strength: f64) {
         let (gain, rest) = (by.gain, 1.0 - by.gain);
         self.white = rest * rest * self.white + gain * gain * by.noise;
@@ -94,13 +93,13 @@ impl Deviation {
         self.shares += (east - self.shares) * gain;
     }
 
-    /// Restart with this variance of the heading.
+    /// Restarts with this variance of the heading.
     pub fn restart(&mut self, heading: f64) {
         let Self { field_variance, .. } = *self;
         *self = Self { field_variance, ..Self::new(heading) };
     }
 
-    /// The variance of the heading, given the filter's own.
+    /// Variance of the heading, from the filter's own variance.
     pub fn variance(&self, heading: f64, iron: &Iron) -> f64 {
         let (iron, unsure) = iron.of_heading(&self.shares);
         let seen = MIN_DEVIATION_RAD * MIN_DEVIATION_RAD
@@ -110,7 +109,7 @@ impl Deviation {
         (self.since_field(heading).max(self.field_variance) + seen).min(MAX_HEADING_VARIANCE_RAD2)
     }
 
-    /// Variance that a field of this covariance, in the sensor's axes, has given the heading.
+    /// Variance of the heading from a field error with this covariance in the sensor's axes.
     pub fn by_field(&self, covariance: &Matrix3<f64>) -> f64 {
         (covariance * self.shares).dot(&self.shares).max(0.0)
     }
@@ -128,7 +127,7 @@ impl Deviation {
             && self.has_valid_shares(iron.strength())
     }
 
-    /// Before the first field nothing has a share.
+    /// True if the shares are valid; before the first field they are zero.
     fn has_valid_shares(&self, strength: f64) -> bool {
         match strength {
             0.0 => self.shares == Vector3::zeros(),

@@ -1,10 +1,10 @@
-//! A heading that drifts from its field: the gyro's bias has jumped along the vertical, where no
-//! gravity shows it.
+//! Drift of the heading from the magnetic field, after the gyro's bias has jumped along the
+//! vertical. Gravity does not show this part of the bias.
 //!
-//! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has shown stays.
-//! Once a field that is trusted keeps the heading on one side for ten seconds, or the field and the
-//! iron of the body leave a drift that is sure, the heading is turned back as fast as it drifts.
-//! Nothing else knows of it.
+//! A magnetometer corrects only the heading. A bias error that neither a rest nor a tilt has shown
+//! therefore stays. A drift is certain if a trusted field keeps the heading on one side for ten
+//! seconds, or if it remains after errors of field and iron are considered. The heading is then
+//! turned back at the rate of the drift. The other states do not change.
 
 use nalgebra::ComplexField;
 use serde::{Deserialize, Serialize};
@@ -13,32 +13,34 @@ use super::iron::{FRAME_DRIFT_WALK, Turning};
 use super::{DEGREE, square};
 use crate::math::validity::is_size;
 
-/// Seconds of the mean innovation, and those in which a rest forgets it.
+/// Time of the mean innovation, s, and time after which a rest clears it.
 const INNOVATION_MEAN_S: f64 = 10.0;
 const REST_DECAY_S: f64 = 2.0;
-/// Rate, rad/s, that a drift does not pass: it makes a slope of the innovations, and a field that passes
-/// by a step.
+/// Largest rate of a drift, rad/s. A drift makes the innovations a ramp, a field that passes by
+/// makes a step.
 const MAX_DRIFT_RAD_S: f64 = 2.0 * DEGREE;
-/// Deviations, of whatever is largest, from which on a mean is a drift; the least of them, rad.
+/// Number of standard deviations from which a mean is a drift, and smallest standard deviation,
+/// rad.
 const MIN_MEAN_SIGMAS: f64 = 1.5;
 const MIN_MEAN_SIGMA_RAD: f64 = 5.0 * DEGREE;
-/// Deviations of the drift that field and iron leave, from which on there is one.
+/// Number of standard deviations of the remaining drift, after field and iron, from which there is
+/// a drift.
 const MIN_DRIFT_SIGMAS: f64 = 2.0;
-/// Walk of a drift that was found, rad/s/√s: of a gyro's bias.
+/// Random walk of a known drift, rad/s/√s: the walk of a gyro's bias.
 const DRIFT_WALK: f64 = 0.01 * DEGREE;
-/// Seconds of turning at this rate, rad/s, over which the field's own spread is averaged, and the
-/// deviation of its direction at the start, rad.
+/// Time of rotation at this rate, rad/s, for the average of the field's spread, and initial
+/// standard deviation of its direction, rad.
 const FIELD_SPREAD_S: f64 = 60.0;
 const TURN_RATE_RAD_S: f64 = 20.0 * DEGREE;
 const INITIAL_FIELD_SIGMA_RAD: f64 = 3.0 * DEGREE;
 
-/// Spread of the field from place to place: the iron of a room or of the body shows in its level
-/// and vertical part before it shows in its direction.
+/// Spread of the field between places. Iron of a room or of the body shows in the field's
+/// horizontal and vertical parts before it shows in its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldSpread {
     level: f64,
     down: f64,
-    /// Square of the angle by which the direction differs, rad².
+    /// Squared difference of the direction, rad².
     spread: f64,
     seen: bool,
 }
@@ -54,13 +56,13 @@ impl Default for FieldSpread {
     }
 }
 
-/// The share of a mean over places that a tick at this rate has.
+/// Weight in a mean over places of a tick at this rate.
 pub fn spread_weight(rate: f64, span: f64) -> f64 {
     (span / FIELD_SPREAD_S * (rate / TURN_RATE_RAD_S).min(1.0)).min(1.0)
 }
 
 impl FieldSpread {
-    /// Takes the level part and the one down of a field.
+    /// Learns from the horizontal and the downward part of a field.
     pub fn observe(&mut self, level: f64, down: f64, weight: f64) {
         if !self.seen {
             (self.level, self.down, self.seen) = (level, down, true);
@@ -81,10 +83,10 @@ impl FieldSpread {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeadingDrift {
     active: bool,
-    /// Covariance of the heading with the drift, rad²/s: not positive.
+    /// Covariance of the heading with the drift, rad²/s, not positive.
     with_heading: f64,
-    /// The part of the innovation that a drift can explain, its mean, rad, and seconds since a
-    /// drift began.
+    /// Part of the innovation that a drift can explain, its mean, rad, and the time since a drift
+    /// began, s.
     lag: f64,
     mean: f64,
     since: f64,
@@ -105,7 +107,7 @@ impl Default for HeadingDrift {
     }
 }
 
-/// By how much the variances of heading and drift grow where the heading has drifted.
+/// Growth of the variances of heading and drift after a drift.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
     pub heading: f64,
@@ -113,8 +115,8 @@ pub struct Found {
 }
 
 impl HeadingDrift {
-    /// Propagate a heading of this variance through a tick; returns by what it turns and by what its
-    /// variance grows.
+    /// Propagates a heading with this variance through a tick; returns its rotation and the growth
+    /// of its variance.
     pub fn predict(&mut self, by: Turning, heading: f64, span: f64) -> (f64, f64) {
         self.since = (self.since + span).min(INNOVATION_MEAN_S);
         if !self.active {
@@ -122,14 +124,14 @@ impl HeadingDrift {
         }
         let grown = span * (span * by.variance - 2.0 * self.with_heading);
         self.with_heading -= span * by.variance;
-        // The drift has become surer by fields than this covariance knows.
+        // Fields have made the drift more certain than this covariance.
         let most = ComplexField::sqrt((heading + grown).max(0.0) * by.variance);
         self.with_heading = self.with_heading.max(-most);
         (-span * by.rate, grown)
     }
 
-    /// Takes an innovation, the heading's variance, whether the field can be believed in motion, and
-    /// what field and iron leave for a drift.
+    /// Tests an innovation: the heading's variance, whether the field can be trusted in motion, and
+    /// the drift that remains after field and iron.
     pub fn test(
         &mut self,
         innovation: f64,
@@ -159,8 +161,8 @@ impl HeadingDrift {
         Some(found)
     }
 
-    /// True if innovations lie on one side, further than anything but a drift would bring them, and
-    /// field and iron leave one that way.
+    /// True if innovations lie on one side, further than anything but a drift explains, and if
+    /// field and iron leave a drift in this direction.
     fn is_one_sided(&self, heading: f64, rate: f64) -> bool {
         let usual = heading
             .max(MIN_MEAN_SIGMA_RAD * MIN_MEAN_SIGMA_RAD)
@@ -170,33 +172,33 @@ impl HeadingDrift {
             && self.mean * self.mean > MIN_MEAN_SIGMAS * MIN_MEAN_SIGMAS * usual
     }
 
-    /// A field has corrected the heading with this gain.
+    /// Notes that a field has corrected the heading with this gain.
     pub fn correct(&mut self, gain: f64) {
         self.with_heading *= 1.0 - gain;
     }
 
-    /// The deviation of the heading was shrunk by this to its bound.
+    /// Notes that the heading's standard deviation was multiplied by this factor at its bound.
     pub fn shrink(&mut self, by: f64) {
         self.with_heading *= by.min(1.0);
     }
 
-    /// True if the heading is turned back.
+    /// True if the heading is being turned back.
     pub fn is_active(&self) -> bool {
         self.active
     }
 
-    /// The random walk of the drift.
+    /// Random walk of the drift.
     pub fn walk(&self) -> f64 {
         if self.active { DRIFT_WALK } else { FRAME_DRIFT_WALK }
     }
 
-    /// The body rests: what a field says is no drift.
+    /// At rest an innovation is no drift.
     pub fn rest(&mut self, span: f64) {
         let kept = (1.0 - span / REST_DECAY_S).max(0.0);
         (self.lag, self.mean) = (kept * self.lag, kept * self.mean);
     }
 
-    /// The bias of the gyro is known.
+    /// Ends the drift: the bias of the gyro is known.
     pub fn end(&mut self) {
         (self.active, self.with_heading) = (false, 0.0);
     }
@@ -223,8 +225,8 @@ mod tests {
     const TICK: f64 = 0.1;
     const LAG: f64 = 20.0 * DEGREE;
 
-    /// True if a lag that stays is a drift, of a heading that is sure, after half a minute in which
-    /// field and iron leave this for one, rad/s.
+    /// True if a lasting lag is a drift, for a certain heading, after half a minute. `rate` is the
+    /// drift that remains after field and iron, rad/s.
     fn drifts(lag: f64, believed: bool, rate: f64, sigma: f64) -> bool {
         let (mut drift, by) = (HeadingDrift::default(), Turning { rate, variance: square(sigma) });
         (0..300).any(|_| drift.test(lag, 1e-3, believed, by, TICK).is_some())
@@ -262,7 +264,7 @@ mod tests {
             assert!((turned + TICK * DEGREE).abs() < 1e-15);
             variance += grown;
         }
-        // Ten seconds of an unknown rate are an unknown angle; what else is unknown is less.
+        // Ten seconds at an unknown rate make an unknown angle; other uncertainties are smaller.
         let angle = square(10.0 * 0.2 * DEGREE);
         assert!((variance - 1e-3 - angle).abs() < 1e-12, "{variance} {angle}");
         assert!(drift.is_valid());

@@ -1,8 +1,7 @@
-//! Errors of the estimate: their covariance from tick to tick, and corrections, one number at a
-//! time.
+//! Errors of the estimate: their covariance from tick to tick, and scalar corrections.
 //!
-//! The heading stands apart. Nothing but itself depends on it: a magnetometer can correct it, and
-//! the covariances that lead to it, and leave everything else as it is to the last bit.
+//! The heading is separate, since no other state depends on it. A magnetometer corrects the heading
+//! and its covariances, and leaves all other states bit-identical.
 
 use nalgebra::{ComplexField, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,19 +9,20 @@ use wide::f64x4;
 
 use crate::math::Symmetric;
 
-/// Tilt about the two level axes, bias, matrix row by row, velocity along the two level axes.
+/// Number of states: tilt about the two level axes, bias, matrix row by row, velocity along the two
+/// level axes.
 pub const STATES: usize = 16;
 pub const BIAS: usize = 2;
 pub const MATRIX: usize = 5;
 pub const VELOCITY: usize = 14;
-/// Bias and matrix.
+/// Number of states of bias and matrix.
 const GYRO_STATES: usize = 12;
 
 /// Derivative of the rotation about one axis within a tick by the errors of bias and matrix.
 pub type Drivers = SVector<f64, GYRO_STATES>;
 pub type States = SVector<f64, STATES>;
 
-/// Registers that hold a column. The compiler's own packing is off for this library.
+/// Number of registers for a column. The compiler's own packing is off for this library.
 const LANES: usize = STATES / 4;
 
 #[inline(always)]
@@ -36,30 +36,30 @@ fn numbers(lanes: &[f64x4; LANES]) -> [f64; STATES] {
     core::array::from_fn(|i| parts[i / 4][i % 4])
 }
 
-/// Variances that no tilt, heading and velocity passes, rad² and (m/s)².
+/// Largest variances of tilt, heading and velocity, rad² and (m/s)².
 const MAX_TILT: f64 = 0.5;
 const MAX_HEADING: f64 = 10.0;
 const MAX_VELOCITY: f64 = 1e2;
 
-/// Transition of errors over a tick, and the noise that it adds to each.
+/// Transition of errors over a tick, and noise added to each error.
 #[derive(Debug, Clone, Copy)]
 pub struct Transition {
-    /// About east, north and up.
+    /// Derivatives of the rotations about east, north and up.
     pub drivers: [Drivers; 3],
-    /// Velocity by tilt: seconds times the force along up.
+    /// Derivative of the velocity by the tilt: seconds times the force along up.
     pub lift: f64,
     pub tilt_noise: f64,
     pub heading_noise: f64,
     pub bias_noise: f64,
     pub matrix_noise: f64,
     pub velocity_noise: f64,
-    /// Variances that the noise does not widen bias and matrix beyond: elements of the matrix on
-    /// the diagonal and off it.
+    /// Largest variances of bias and matrix with noise: the noise does not widen them further. The
+    /// matrix has a diagonal and an off-diagonal value.
     pub bias_cap: f64,
     pub matrix_caps: [f64; 2],
 }
 
-/// Corrections found in a tick.
+/// Corrections computed in a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Found {
     pub states: States,
@@ -69,7 +69,7 @@ pub struct Found {
 /// Covariance of the errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Kept symmetric.
+    /// Covariance of the states, symmetric.
     covariance: SMatrix<f64, STATES, STATES>,
     /// Covariances of the heading with the states, and its variance.
     with_heading: States,
@@ -77,7 +77,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Errors that do not depend on each other.
+    /// Independent errors with these variances.
     pub fn new(variances: &States, heading: f64) -> Self {
         let covariance = SMatrix::from_diagonal(variances);
         Self { covariance, with_heading: States::zeros(), heading }
@@ -100,7 +100,8 @@ impl Errors {
         &self.covariance
     }
 
-    /// Propagate the errors through a tick; returns by what the heading was shrunk to its bound.
+    /// Propagates the errors through a tick; returns the factor by which the heading was shrunk to
+    /// its bound.
     #[inline(always)]
     pub fn predict(&mut self, by: &Transition) -> f64 {
         let driven = self.driven(&by.drivers);
@@ -111,7 +112,7 @@ impl Errors {
         self.bound()
     }
 
-    /// Covariances of all states with what bias and matrix turn about each axis.
+    /// Covariances of all states with the rotation about each axis that bias and matrix cause.
     #[inline(always)]
     fn driven(&self, drivers: &[Drivers; 3]) -> [States; 3] {
         let mut sums = [[f64x4::ZERO; LANES]; 3];
@@ -127,7 +128,7 @@ impl Errors {
         sums.map(|sum| States::from(numbers(&sum)))
     }
 
-    /// The heading's own turning: it needs the covariance before the tick.
+    /// Propagates the heading; it needs the covariance before the tick.
     #[inline(always)]
     fn predict_heading(&mut self, by: &Transition, driven: &States) {
         let drivers = &by.drivers[2];
@@ -145,7 +146,7 @@ impl Errors {
         self.heading += by.heading_noise;
     }
 
-    /// F P, in the columns of P, which is symmetric: `F P` has as row what it has as column.
+    /// F P in the columns of P, which is symmetric: the columns of P are its rows.
     #[inline(always)]
     fn turn_rows(&mut self, by: &Transition, [east, north, _]: &[States; 3]) {
         let p = &mut self.covariance.data.0;
@@ -159,8 +160,8 @@ impl Errors {
         }
     }
 
-    /// (F P) Fᵀ: elements of bias and matrix stay, those between them and the rest are mirrored,
-    /// those of the rest among themselves are turned.
+    /// (F P) Fᵀ: elements of bias and matrix stay, their covariances with other states are
+    /// mirrored, other covariances are computed.
     #[inline(always)]
     fn turn_columns(&mut self, by: &Transition) {
         const REST: [usize; 4] = [0, 1, VELOCITY, VELOCITY + 1];
@@ -204,8 +205,8 @@ impl Errors {
         }
     }
 
-    /// Shrinks what has grown beyond any meaning, as a whole row and column; returns by what the
-    /// heading was.
+    /// Limits variances that have no meaning any more, as a whole row and column; returns the
+    /// factor for the heading.
     #[inline(always)]
     fn bound(&mut self) -> f64 {
         let bounds = [MAX_TILT, MAX_TILT, MAX_VELOCITY, MAX_VELOCITY];
@@ -232,8 +233,8 @@ impl Errors {
         self.with_heading[i] *= factor;
     }
 
-    /// Corrects by measurements of one state after the other: each is its first, what was measured
-    /// less what was expected, and the variance of the noise.
+    /// Corrects by measurements of single states, one after the other: the state's index, the
+    /// innovation, and the noise variance.
     #[inline(always)]
     pub fn correct<const N: usize>(
         &mut self,
@@ -253,7 +254,7 @@ impl Errors {
             let scale = 1.0 / (column[first + n] + noise);
             let weight = (innovations[n] - found.states[first + n]) * scale;
             let along = self.with_heading[first + n];
-            // A root of the scale on both sides keeps the covariance symmetric to the last bit.
+            // The root of the scale on two sides keeps the covariance exactly symmetric.
             let root = ComplexField::sqrt(scale);
             for i in 0..STATES {
                 found.states[i] += column[i] * weight;
@@ -287,7 +288,7 @@ impl Errors {
         self.reduce(&[(column * root).into()]);
     }
 
-    /// Takes off the covariance what each of the gains is with itself.
+    /// Subtracts the outer product of each gain from the covariance.
     #[inline(always)]
     fn reduce<const N: usize>(&mut self, gains: &[[f64; STATES]; N]) {
         let mut packed = [[f64x4::ZERO; LANES]; N];
@@ -306,8 +307,7 @@ impl Errors {
         }
     }
 
-    /// Corrects the heading alone, with a gain of its own choice and this noise: nothing else
-    /// learns from it.
+    /// Corrects only the heading, with a stated gain and this noise; other states do not change.
     pub fn correct_heading(&mut self, gain: f64, noise: f64) {
         let rest = 1.0 - gain;
         self.with_heading *= rest;
@@ -332,7 +332,8 @@ impl Errors {
         self.covariance[(j, i)] = covariance;
     }
 
-    /// Makes the tilt so unsure in the mean of both level axes, whichever way they lie.
+    /// Sets the variance of the tilt to at least this mean over the two level axes, in any
+    /// direction.
     pub fn widen_tilt(&mut self, variance: f64) {
         let more = (variance - 0.5 * (self.variance(0) + self.variance(1))).max(0.0);
         for i in 0..2 {
@@ -341,9 +342,9 @@ impl Errors {
         self.bound();
     }
 
-    /// Adds to the variance of the bias about level axes, which is what a tilt shows of it.
+    /// Adds to the variance of the bias about level axes, which is the part that a tilt shows.
     pub fn widen_level_bias(&mut self, variance: f64, up: &Vector3<f64>) {
-        // Of an `up` whose length is rounded too it takes nothing away.
+        // Rounding of the length of `up` must not reduce a variance.
         let whole = up.norm_squared();
         for i in 0..3 {
             for j in 0..3 {
@@ -353,7 +354,7 @@ impl Errors {
         }
     }
 
-    /// Adds to the variance of the bias along a direction, unless it is less than nothing.
+    /// Adds to the variance of the bias along a direction, if the addition is positive.
     pub fn widen_bias_along(&mut self, direction: &Vector3<f64>, variance: f64) {
         let variance = variance.max(0.0);
         for i in 0..3 {
@@ -363,13 +364,13 @@ impl Errors {
         }
     }
 
-    /// Adds to the variance of the heading, unless it is less than nothing.
+    /// Adds to the variance of the heading, if the addition is positive.
     pub fn widen_heading(&mut self, variance: f64) {
         self.heading += variance.max(0.0);
     }
 
-    /// Adds to the variances of tilt and heading; returns by what the heading was shrunk to its
-    /// bound.
+    /// Adds to the variances of tilt and heading; returns the factor by which the heading was
+    /// shrunk to its bound.
     pub fn blur(&mut self, tilt: f64, heading: f64) -> f64 {
         self.covariance[(0, 0)] += tilt;
         self.covariance[(1, 1)] += tilt;
@@ -377,7 +378,7 @@ impl Errors {
         self.bound()
     }
 
-    /// Makes the heading independent of all others, with this variance.
+    /// Makes the heading independent of all other states, with this variance.
     pub fn restart_heading(&mut self, variance: f64) {
         self.with_heading = States::zeros();
         self.heading = variance;
@@ -385,7 +386,7 @@ impl Errors {
 }
 
 impl Errors {
-    /// True if this is a covariance.
+    /// True if this is a valid covariance.
     pub fn is_valid(&self) -> bool {
         let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
             (0..STATES, 0..STATES) => self.covariance[(i, j)],
@@ -395,7 +396,7 @@ impl Errors {
         self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
     }
 
-    /// Takes over the estimate of the matrix alone.
+    /// Takes over only the estimate of the matrix.
     pub fn keep_matrix(&mut self, other: &Self) {
         for i in MATRIX..VELOCITY {
             for j in MATRIX..VELOCITY {
@@ -441,7 +442,7 @@ mod tests {
     }
 
     prop_compose! {
-        /// Errors that all depend on each other, each of a usual size; below every bound.
+        /// Errors that all depend on each other, of usual sizes, below every bound.
         fn covariances()(numbers in prop::collection::vec(-1.0..1.0_f64, ALL * ALL)) -> All {
             let root = All::from_row_slice(&numbers) / (ALL as f64).sqrt();
             let sizes = SVector::<f64, ALL>::from_fn(|i, _| sizes().get(i).copied().unwrap_or(0.2));
@@ -490,7 +491,7 @@ mod tests {
         }))
     }
 
-    /// Correction and covariance in Joseph's form, by one state that was measured.
+    /// Correction and covariance in Joseph's form, by a measurement of one state.
     fn measured(i: usize, innovation: f64, noise: f64, x: &mut SVector<f64, ALL>, p: &All) -> All {
         let gain = p.column(i) / (p[(i, i)] + noise);
         *x += gain * (innovation - x[i]);
@@ -528,7 +529,7 @@ mod tests {
             innovations in prop::array::uniform3(-1.0..1.0_f64),
             noise in 1e-3..1.0_f64,
         ) {
-            // The noise is as that of the state: far less would lose digits in any form.
+            // The noise is similar to the state's variance: far less would lose digits in any form.
             for (first, noise) in [(BIAS, noise * 1e-4), (VELOCITY - 1, noise)] {
                 let (mut errors, mut expected) = (parts(&p), p);
                 let mut found = Found { states: States::zeros(), heading: 0.0 };
@@ -565,7 +566,7 @@ mod tests {
             let before = errors;
             errors.predict(&by);
             prop_assert!(errors.is_valid());
-            // Noise raises a variance up to its cap; one above stays.
+            // Noise raises a variance up to its cap; a larger variance stays.
             for i in BIAS..VELOCITY {
                 let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
                 let most = before.variance(i).max(cap);

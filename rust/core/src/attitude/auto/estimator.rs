@@ -1,4 +1,4 @@
-//! The filter as a method of estimating an attitude: its steps, its estimates, its restart.
+//! The filter as an attitude estimator: steps, estimates and restart.
 
 use super::errors::{BIAS, MATRIX, VELOCITY};
 use super::heading::MAX_FIELD_AGE_S;
@@ -17,7 +17,7 @@ use crate::math::validity::{are_within, is_size};
 use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
 impl Auto {
-    /// Takes one sample; returns what a tick did that ends with it.
+    /// Processes one sample; returns the result of a tick that ends with it.
     #[inline(always)]
     pub fn follow(&mut self, sample: &Inertial) -> Option<Ticked> {
         self.events = Events::default();
@@ -41,7 +41,7 @@ impl Auto {
             self.begin(accel, sample.mag.as_ref(), field.is_some());
         }
         self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
-        // No closure: a closure that is called is compiled without the caller's instructions.
+        // Not a closure, since it would be compiled without the caller's instruction set.
         if self.sums.elapsed + 0.5 * sample.dt < TICK {
             return None;
         }

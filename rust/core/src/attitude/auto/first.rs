@@ -1,24 +1,25 @@
-//! The first rest, if it was none: a table that turns slowly from the first sample on rests to a gyro
-//! and an accelerometer, and nobody can tell it from a bias.
+//! The first rest may be false. On a table that turns slowly from the first sample on, gyro and
+//! accelerometer look like a biased gyro at rest.
 //!
-//! The filter takes it for one. What that would have turned the heading by is in the heading's deviation
-//! until the body moves as no table does.
+//! The filter accepts it as rest. The possible heading error adds to the heading's standard
+//! deviation, until the body moves in a way that no table does.
 
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
 use crate::math::validity::is_size;
 
-/// Rate about the vertical, rad/s, up to which a first level is a bias: good gyros have no more.
+/// Largest rate about the vertical, rad/s, at which a first level is surely a bias: good gyros have
+/// no larger bias.
 const MAX_BIAS_RAD_S: f64 = 0.8 * DEGREE;
-/// Seconds of motion after which the first rest was one.
+/// Time of motion after which the first rest is confirmed, s.
 const MIN_MOTION_S: f64 = 3.0;
-/// Deviations that the angle is.
+/// Ratio of the angle to the standard deviation.
 const ANGLE_SIGMAS: f64 = 2.5;
-/// No angle is further off, rad.
+/// Largest angle, rad.
 const MAX_ANGLE_RAD: f64 = 10.0;
 
-/// Heading change by the first level if that was no rest, rad, and seconds of motion.
+/// Heading change by the first level if it was no rest, rad, and time of motion, s.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct FirstRest {
     turned: f64,
@@ -26,7 +27,7 @@ pub struct FirstRest {
 }
 
 impl FirstRest {
-    /// Takes a tick: whether the body is quiet, and the bias about the vertical.
+    /// Processes a tick: whether the body is quiet, and the bias about the vertical.
     pub fn observe(&mut self, quiet: bool, bias: f64, span: f64) {
         if self.moved >= MIN_MOTION_S {
             return;
@@ -34,7 +35,7 @@ impl FirstRest {
         if bias.abs() > MAX_BIAS_RAD_S {
             self.turned = (self.turned + bias.abs() * span).min(MAX_ANGLE_RAD);
         }
-        // Before the first half second of rest nothing is known of either.
+        // Before the first half second of rest the two are unknown.
         if !quiet && self.turned > 0.0 {
             self.moved += span;
         }
@@ -43,12 +44,12 @@ impl FirstRest {
         }
     }
 
-    /// The heading is known.
+    /// Notes that the heading is known.
     pub fn align(&mut self) {
         self.turned = 0.0;
     }
 
-    /// Variance of the heading by it, rad².
+    /// Variance of the heading from the first rest, rad².
     pub fn variance(&self) -> f64 {
         square(self.turned / ANGLE_SIGMAS)
     }

@@ -1,4 +1,4 @@
-//! The heading, as a magnetometer holds it: it corrects the heading and nothing else.
+//! Correction of the heading, and only the heading, by a magnetometer.
 
 use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 
@@ -9,32 +9,32 @@ use super::strapdown::{self, Sums};
 use super::{Auto, DEGREE, FREE_HEADING_VARIANCE_RAD2, square};
 use crate::attitude::{events::Events, frame};
 
-/// Seconds of rest after which the bias is known.
+/// Time of rest after which the bias is known, s.
 const BIAS_REST_S: f64 = 2.0;
 /// Factor of the noise of a field that is not used, as evidence of iron.
 const UNUSED_NOISE_FACTOR: f64 = 16.0;
-/// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
+/// Noise of the magnetic field's direction, rad √s, and its change during motion, rad/√s.
 const FIELD_NOISE: f64 = 25.0 * DEGREE;
 pub(super) const FIELD_WALK: f64 = 0.02 * DEGREE;
-/// Square of the share of a field that is level, from which on the noise of its direction grows: of
-/// a dip of 72 degrees.
+/// Squared horizontal share of a field below which the noise of its direction grows: a dip of 72
+/// degrees.
 const LEVEL_SHARE_SQUARED: f64 = 0.1;
-/// The same of a field that tells no heading at all, as far as its size can be rounded.
+/// Squared horizontal share below which a field gives no heading: the rounding of its size.
 const VERTICAL_SHARE_SQUARED: f64 = 1e-12;
-/// Longest time that a field stands for, s.
+/// Longest time for which a field is valid, s.
 pub(super) const MAX_FIELD_AGE_S: f64 = 1.0;
 
 /// The correction of the heading by a field.
 #[derive(Debug, Clone, Copy)]
 pub struct HeadingCorrection {
-    /// The share of its direction that the heading took over.
+    /// Share of the innovation that corrected the heading.
     pub gain: f64,
-    /// By how much a field of the sensor's axes changes that direction, rad in one of its unit.
+    /// Derivative of the field's direction by a field in the sensor's axes, rad per unit.
     pub share: Vector3<f64>,
 }
 
 impl Auto {
-    /// The mean direction of the field corrects the heading, and nothing else.
+    /// Corrects the heading, and only the heading, by the mean direction of the field.
     pub(super) fn see_field(
         &mut self,
         sums: &Sums,
@@ -86,19 +86,19 @@ impl Auto {
         Some(HeadingCorrection { gain, share: east * (1.0 / level) })
     }
 
-    /// From the axes of the sensor to those of a level frame that the gyro alone turns.
+    /// Rotation from the sensor's axes to a level frame that only the gyro turns.
     pub fn held(&self) -> &Matrix3<f64> {
         &self.strapdown.rotation
     }
 
-    /// Forgets the shape of the field, which the fields to come do not have.
+    /// Forgets the shape of the field: later fields have another shape.
     pub fn forget_field(&mut self) {
         self.magnet = Magnet::default();
         self.drift.end();
         self.iron.forget();
     }
 
-    /// Let the fields to come find the heading again; tilt and bias stay.
+    /// Lets the next fields set the heading again; tilt and bias stay.
     pub fn find_heading(&mut self) {
         self.errors.restart_heading(FREE_HEADING_VARIANCE_RAD2);
         self.deviation.restart(FREE_HEADING_VARIANCE_RAD2);
@@ -106,12 +106,12 @@ impl Auto {
         self.forget_field();
     }
 
-    /// The variance of the heading by a field of the sensor's axes of this covariance, rad².
+    /// Variance of the heading from a field with this covariance in the sensor's axes, rad².
     pub fn heading_by(&self, covariance: &Matrix3<f64>) -> f64 {
         self.deviation.by_field(covariance)
     }
 
-    /// The heading is turned back as fast as it drifts; what rests, does not.
+    /// Turns the heading back at the rate of its drift; not at rest.
     fn follow_drift(&mut self, span: f64) {
         let (turned, grown) = self.drift.predict(self.iron.turning(), self.errors.heading(), span);
         if grown != 0.0 {
@@ -126,13 +126,13 @@ impl Auto {
         }
     }
 
-    /// The bias is known, and how well: so well the frame stands.
+    /// Ends a drift: the bias is known with its variance, and the frame drifts only with this.
     pub(super) fn end_drift(&mut self) {
         self.drift.end();
         self.iron.rest(self.errors.bias_along(&self.up()));
     }
 
-    /// True if the field keeps the heading on one side, in motion.
+    /// Tests whether the field keeps the heading on one side in motion.
     fn test_drift(&mut self, innovation: f64, span: f64) {
         if self.at_rest || !self.start.over {
             return;
@@ -147,25 +147,25 @@ impl Auto {
         }
     }
 
-    /// Tilt and heading become less sure by these variances.
+    /// Adds these variances to tilt and heading.
     pub(super) fn blur(&mut self, tilt: f64, heading: f64) {
         let shrunk = self.errors.blur(tilt, heading);
         self.drift.shrink(shrunk);
     }
 
-    /// Up in the axes of the sensor.
+    /// Unit vector up, in the sensor's axes.
     pub(super) fn up(&self) -> Vector3<f64> {
         frame::up(&self.strapdown.orientation)
     }
 
-    /// East in the axes of the sensor, of a rotation from these to the frame.
+    /// East in the sensor's axes, for a rotation from the sensor's axes to the frame.
     fn east(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
         let [c, s] = self.turn;
         let (cosine, sine) = (c * c - s * s, 2.0 * c * s);
         (rotation.row(0) * cosine - rotation.row(1) * sine).transpose()
     }
 
-    /// The angle from north to a direction, clockwise, rad.
+    /// Angle from north to a direction, clockwise, rad.
     pub(super) fn east_of_north(&self, direction: &Vector3<f64>) -> f64 {
         let [c, s] = self.turn;
         let (cosine, sine) = (c * c - s * s, 2.0 * c * s);

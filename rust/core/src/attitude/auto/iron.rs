@@ -1,9 +1,9 @@
-//! The part of a field that turns with the gyro's frame, and the part that turns with the body: the
-//! earth's field, iron on the body, and the drift of the frame about the vertical.
+//! Separation of the field: the earth's field in the gyro's frame, iron that turns with the body,
+//! and the drift of the frame about the vertical.
 //!
-//! A wrong heading alone tells neither iron from a drift. But what iron does depends on where the body
-//! points, and what a drift does on the time: so both are estimated at once, each with what the other
-//! leaves unsure of it.
+//! A wrong heading alone does not distinguish iron from a drift. But the effect of iron depends on
+//! the body's direction, and the effect of a drift on time. The two are estimated together, with
+//! their common uncertainty.
 
 use nalgebra::{ComplexField, Matrix3, RowVector3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,30 +14,30 @@ use crate::attitude::sample::MIN_FIELD;
 use crate::math::Symmetric;
 use crate::math::validity::is_size;
 
-/// The earth's field, iron, and the drift of the frame.
+/// Number of states: the earth's field, iron, and the drift of the frame.
 const STATES: usize = 7;
 const EARTH: usize = 0;
 const IRON: usize = 3;
 const DRIFT: usize = 6;
-/// A column in registers: the compiler's own packing is off for this library.
+/// Rows of a column in registers: the compiler's own packing is off for this library.
 const ROWS: usize = 8;
-/// Of the field's strength: what iron may be, how the earth's field and the iron walk, 1/√s, the
-/// noise of an axis, √s, and how well iron can be known.
+/// Values relative to the field's strength: largest iron, random walks of the earth's field and the
+/// iron, 1/√s, noise of an axis, √s, and smallest standard deviation of the iron.
 const MAX_IRON: f64 = 0.4;
 const WALKS: [f64; 2] = [0.003, 0.0005];
 const NOISE: f64 = 0.2;
 const MIN_IRON: f64 = 0.01;
-/// Walk of a drift that is looked for, rad/s/√s: one that jumps by a degree a second stands out of
-/// the noise above within half a minute, which is sooner than the heading is lost.
+/// Random walk of a possible drift, rad/s/√s. A jump by a degree per second exceeds the noise above
+/// within half a minute, before the heading is lost.
 pub const FRAME_DRIFT_WALK: f64 = 0.05 * DEGREE;
-/// A change of a component, beyond three deviations, that neither a place nor a turn makes within a
-/// tick: three times the tenth by which a field may differ and still be known; and the seconds after
-/// which it has come to stay.
+/// Smallest change of a component, beyond three standard deviations, that neither a place nor a
+/// rotation causes within a tick: three times the tenth by which a known field may differ. And time
+/// after which the change is permanent, s.
 const MIN_COMPONENT_CHANGE: f64 = 0.3;
 const MIN_CHANGE_S: f64 = 30.0;
-/// A field this many times as strong as the first is no body's, and no estimate is.
+/// Largest ratio of a field or an estimate to the first field.
 const MAX_FIELD_RATIO: f64 = 100.0;
-/// Of a field of which nothing is known, and the largest that noise makes.
+/// Variance of an unknown field, and largest variance of the noise.
 const MAX_VARIANCE: f64 = 10.0;
 
 /// A column of the covariance; its last row is zero.
@@ -77,14 +77,14 @@ pub struct Turning {
     pub variance: f64,
 }
 
-/// The field as the earth's, in the frame that the gyro holds, and that of iron on the body, in the
-/// axes of the sensor: both in the unit of the first field's strength. Then the drift, rad/s.
+/// The earth's field in the frame that the gyro holds, and iron on the body in the sensor's axes,
+/// in units of the first field's strength. Then the drift, rad/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Iron {
     strength: f64,
     state: SVector<f64, STATES>,
     covariance: SMatrix<f64, ROWS, STATES>,
-    /// Seconds for which no field was this one.
+    /// Time for which all fields were different, s.
     apart: f64,
 }
 
@@ -98,8 +98,8 @@ impl Default for Iron {
 }
 
 impl Iron {
-    /// Takes a field after so many seconds, by how much its variance is larger than usual, and the
-    /// walk of the drift.
+    /// Processes a field after this time, s, with the factor of its variance and the random walk of
+    /// the drift.
     pub fn observe(
         &mut self,
         field: &Vector3<f64>,
@@ -135,7 +135,7 @@ impl Iron {
         }
     }
 
-    /// Fields to come are made of others; the frame drifts as before.
+    /// Forgets field and iron, which will change; keeps the drift of the frame.
     pub fn forget(&mut self) {
         self.apart = 0.0;
         self.lose_earth();
@@ -144,7 +144,7 @@ impl Iron {
         }
     }
 
-    /// The earth's field turns in a frame that drifts.
+    /// Rotates the earth's field in a frame that drifts.
     fn turn(&mut self, span: f64) {
         let sine = span * self.state[DRIFT];
         let cosine = 1.0 - 0.5 * sine * sine;
@@ -183,8 +183,8 @@ impl Iron {
         }
     }
 
-    /// By a component of the field: that of the earth and of the turned iron. False if it is too far
-    /// from both, as with a magnet that was brought near.
+    /// Corrects by a component of the field: the sum of the earth's field and the rotated iron.
+    /// False if it is too far from the expected value, as with a nearby magnet.
     fn correct(&mut self, i: usize, row: &RowVector3<f64>, seen: f64, noise: f64) -> bool {
         let p = &mut self.covariance.data.0;
         let mut column = Lanes::of(&p[i]);
@@ -199,7 +199,7 @@ impl Iron {
         }
         let scale = 1.0 / (unsure + noise);
         let weight = apart * scale;
-        // A root of the scale on both sides keeps the covariance symmetric to the last bit.
+        // The root of the scale on two sides keeps the covariance exactly symmetric.
         let root = ComplexField::sqrt(scale);
         let packed = Lanes::of(&column).times(root);
         for (own, root) in p.iter_mut().zip(packed.numbers()) {
@@ -213,29 +213,29 @@ impl Iron {
         true
     }
 
-    /// The drift of the frame.
+    /// Drift of the frame.
     pub fn turning(&self) -> Turning {
         Turning { rate: self.state[DRIFT], variance: self.covariance[(DRIFT, DRIFT)].max(0.0) }
     }
 
-    /// The drift may have become another one, by so much.
+    /// Adds this variance to the drift.
     pub fn widen(&mut self, variance: f64) {
         self.covariance[(DRIFT, DRIFT)] += variance;
     }
 
-    /// A rest has said how the frame drifts: not at all, to this variance.
+    /// Sets the drift of the frame to zero with this variance, after a rest.
     pub fn rest(&mut self, variance: f64) {
         self.restart(DRIFT, variance);
     }
 
-    /// The frame is another one: the earth's field may lie anyhow in it.
+    /// Loses the direction of the earth's field, since the frame has changed.
     pub fn lose_earth(&mut self) {
         for i in EARTH..IRON {
             self.restart(i, 1.0);
         }
     }
 
-    /// The frame has turned about the vertical by some angle of this variance.
+    /// Notes a rotation of the frame about the vertical by an angle of this variance.
     pub fn blur(&mut self, variance: f64) {
         let level = square(self.state[EARTH]) + square(self.state[EARTH + 1]);
         for i in EARTH..EARTH + 2 {
@@ -244,7 +244,7 @@ impl Iron {
         }
     }
 
-    /// A state of which nothing is known but its variance about zero.
+    /// Sets a state to zero with this variance.
     fn restart(&mut self, i: usize, variance: f64) {
         for j in 0..STATES {
             self.covariance[(i, j)] = 0.0;
@@ -254,13 +254,14 @@ impl Iron {
         self.covariance[(i, i)] = variance;
     }
 
-    /// The gyro's bias about the vertical has learned so much: the frame drifts by so much less.
+    /// Notes that the gyro's bias about the vertical has changed by a rate: the frame drifts less
+    /// by it.
     pub fn learned(&mut self, rate: f64) {
         self.state[DRIFT] = (self.state[DRIFT] - rate).clamp(-BIAS_LIMIT, BIAS_LIMIT);
     }
 
-    /// The heading error by iron, for a heading that has followed the field by these shares of its
-    /// axes, and its variance.
+    /// Heading error from iron, and its variance, for a heading that has followed the field with
+    /// these shares of its axes.
     pub fn of_heading(&self, shares: &Vector3<f64>) -> (f64, f64) {
         let shares = shares * self.strength;
         let iron = self.state.fixed_rows::<3>(IRON);
@@ -269,7 +270,7 @@ impl Iron {
         (shares.dot(&iron), variance.max(0.0).min(most))
     }
 
-    /// Of the first field; zero before it.
+    /// Strength of the first field; zero before it.
     pub fn strength(&self) -> f64 {
         self.strength
     }
@@ -301,8 +302,8 @@ mod tests {
     const TICK: f64 = 0.1;
     const FIELD: Vector3<f64> = Vector3::new(0.0, 20.0, -43.0);
 
-    /// A car that goes straight on for a quarter of a minute and turns by a right angle, seen from a
-    /// frame that drifts, rad/s, with iron, for some minutes.
+    /// A car that drives straight for a quarter of a minute and turns by a right angle, for some
+    /// minutes, with iron, seen from a frame that drifts, rad/s.
     fn driven(iron: &Vector3<f64>, drift: f64, minutes: usize) -> Iron {
         let mut found = Iron::default();
         let (mut heading, mut turned) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Lost samples: the gyro is silent while the body may turn.
+//! Lost samples: the gyro gives no rate while the body may turn.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,45 +6,45 @@ use serde::{Deserialize, Serialize};
 use crate::attitude::sample::{Inertial, MAX_RATE};
 use crate::math::validity::is_size;
 
-/// Seconds in which the last rate is forgotten, and those of the usual rate.
+/// Time constants of the last rate and of the usual rate, s.
 const RATE_DECAY_S: f64 = 0.3;
 const USUAL_RATE_S: f64 = 5.0;
-/// Rate of a body that seemed to rest, rad/s.
+/// Largest rate of a body that seemed to rest, rad/s.
 const MAX_REST_RATE_RAD_S: f64 = 0.01;
-/// Variance per second of an angle while no rate is known at all, rad²/s.
+/// Variance per second of an angle without any known rate, rad²/s.
 const UNKNOWN_RATE_VARIANCE: f64 = 1.0;
-/// Angular acceleration, rad/s², with which a body that rested may have begun to turn as a gap began,
-/// where that is longer than so many seconds: after five it points anywhere.
+/// Angular acceleration, rad/s², with which a resting body may have begun to turn in a gap, and
+/// shortest such gap, s. After five seconds its direction is unknown.
 const ANGULAR_ACCELERATION_RAD_S2: f64 = 0.25;
 const MIN_REST_GAP_S: f64 = 1.0;
-/// No angle is further off, rad.
+/// Largest angle, rad.
 const MAX_ANGLE_RAD: f64 = 10.0;
 
 /// Bound of the body's rotation since the last rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lost {
-    /// The angle, rad, and what its square has grown by in the tick.
+    /// The angle, rad, and growth of its square in the tick.
     angle: f64,
     grown: f64,
-    /// Seconds of the tick that it is known for.
+    /// Time of the tick with a known rate, s.
     covered: f64,
     /// Mean square of the rate over seconds, (rad/s)².
     usual: f64,
 }
 
-/// Rate that a body may have, rad/s, that rested so many seconds ago.
+/// Possible rate of a body that rested this number of seconds ago, rad/s.
 fn rate_begun(seconds: f64) -> f64 {
     if seconds > MIN_REST_GAP_S { ANGULAR_ACCELERATION_RAD_S2 * seconds } else { 0.0 }
 }
 
 impl Lost {
-    /// A rate is known again.
+    /// Notes that a rate is known again.
     #[inline(always)]
     pub fn end(&mut self) {
         self.angle = 0.0;
     }
 
-    /// The share of the last rate that is still believed, some seconds after it.
+    /// Share of the last rate that is still assumed some seconds later.
     #[cold]
     #[inline(never)]
     pub fn fade(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
@@ -54,7 +54,7 @@ impl Lost {
         let kept = ComplexField::exp(-sample.age / RATE_DECAY_S);
         let rate =
             rate.norm_squared().max(self.usual).max(MAX_REST_RATE_RAD_S * MAX_REST_RATE_RAD_S);
-        // A force that goes on says how the body leans: it is the gyro alone that is silent.
+        // A present force shows the tilt: only the gyro gives no samples.
         let all = sample.accel.is_none() && sample.age < f64::INFINITY;
         let begun = if all { rate_begun(sample.age) } else { 0.0 };
         let more = sample.dt * ((1.0 - kept) * ComplexField::sqrt(rate)).max(begun);
@@ -64,8 +64,8 @@ impl Lost {
         kept
     }
 
-    /// A tick ends, of this mean square rate and so many seconds without a rate; returns by how much
-    /// the variance of the orientation has grown, rad²: where there was no rate before, by any.
+    /// Ends a tick with this mean square rate and this time without a rate. Returns the growth of
+    /// the orientation's variance, rad².
     pub fn take(&mut self, speed_squared: f64, span: f64, unknown: f64) -> f64 {
         if self.angle == 0.0 {
             self.usual += (span / USUAL_RATE_S).min(1.0) * (speed_squared - self.usual);
@@ -75,8 +75,8 @@ impl Lost {
         grown + UNKNOWN_RATE_VARIANCE * (unknown - covered).max(0.0)
     }
 
-    /// Variance of the angle, rad², by which the body may have turned in so many seconds: as it did, of
-    /// this mean square rate, another way every second, or from rest on.
+    /// Variance of the angle, rad², by which the body may have turned in this time. It turned with
+    /// this mean square rate, in another direction every second, or from rest.
     pub fn turned(&self, speed_squared: f64, seconds: f64) -> f64 {
         let rest = MAX_REST_RATE_RAD_S * MAX_REST_RATE_RAD_S;
         let begun = 0.5 * rate_begun(seconds) * seconds;

@@ -1,54 +1,53 @@
-//! Detection of magnetic disturbance: by the strength and the dip of the field, as in the filter
-//! VQF (D. Laidig, T. Seel, *Information Fusion* 91, 2023).
+//! Detection of magnetic disturbance from strength and dip of the field, as in the filter VQF (D.
+//! Laidig, T. Seel, *Information Fusion* 91, 2023).
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Largest change of the field's strength, as a share of it, and of its dip: the cosine of ten
-/// degrees.
+/// Largest change of the field's strength, as a share, and of its dip: the cosine of ten degrees.
 const MAX_STRENGTH_CHANGE: f64 = 0.1;
 const MIN_DIP_COSINE: f64 = 0.984_807_753_012_208;
-/// Seconds over which the field known follows.
+/// Time constant of the known field, s.
 const FIELD_TIME_CONSTANT_S: f64 = 20.0;
 /// Seconds within the limits after which the field is trusted again.
 const MIN_TRUSTED_S: f64 = 0.5;
-/// Seconds of rotation above a rate, rad/s, in a field that stays the same, until it is the one
-/// known: of any, and of the first.
+/// Time of rotation above a rate, rad/s, in a constant field until it is the known field, s: for
+/// any field, and for the first.
 const NEW_FIELD_TURN_S: f64 = 20.0;
 const FIRST_FIELD_TURN_S: f64 = 5.0;
 const MIN_TURN_RATE_RAD_S: f64 = core::f64::consts::PI / 9.0;
-/// Seconds after which a field of an unchanged shape is believed where none is known.
+/// Time after which a field of constant shape is trusted if no field is known, s.
 const MIN_UNCHANGED_S: f64 = 30.0;
-/// Seconds for which a disturbed field is not used at all, and how much less it is then used.
+/// Longest time for which a disturbed field is not used, s, and factor of its noise afterwards.
 const MAX_REJECTION_S: f64 = 60.0;
 const DOUBTED_NOISE_FACTOR: f64 = 4.0;
-/// Times faster that the rejection is forgotten in a good field than it lasts.
+/// Ratio of the rates at which rejection time is recovered in a good field and used.
 const REJECTION_DECAY: f64 = 2.0;
 
-/// Times by which the strength of a sample's field may differ from that of the one before, and samples
-/// in a row that agree on another one, of any and of the first, until that is the field.
+/// Largest ratio of a sample's strength to the previous one, and number of samples in a row that
+/// agree on another strength until it is accepted: for any field, and for the first.
 const MAX_STRENGTH_RATIO: f64 = 2.0;
 const MIN_AGREEING_SAMPLES: u8 = 3;
 const MIN_FIRST_AGREEING_SAMPLES: u8 = 2;
 
-/// Spikes among samples of the field, far stronger or weaker than those before. A magnet comes
-/// nearer from sample to sample, or stays.
+/// Detects spikes of the field, far stronger or weaker than the previous samples. A magnet
+/// approaches over several samples, or stays.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spikes {
-    /// Square of the strength of the last sample that was none; zero before the first.
+    /// Squared strength of the last accepted sample; zero before the first.
     usual: f64,
-    /// The same of the last that seemed one, and how many in a row agree with it.
+    /// Squared strength of the last spike, and number of samples in a row that agree with it.
     other: f64,
     count: u8,
 }
 
 impl Spikes {
-    /// Square of the strength of the last sample that counts.
+    /// Squared strength of the last accepted sample.
     pub fn last(&self) -> f64 {
         self.usual
     }
 
-    /// Takes a sample; returns whether it counts.
+    /// Processes a sample; returns true if it is accepted.
     #[inline(always)]
     pub fn pass(&mut self, field: &Vector3<f64>) -> bool {
         let square = field.norm_squared();
@@ -79,20 +78,20 @@ impl Spikes {
     }
 }
 
-/// Angle that a body turns by, rad, while the magnetometer gives one value: it is held, or stuck if for
-/// so many seconds.
+/// Angle of rotation, rad, with a constant value after which the value is held; and time after
+/// which the magnetometer is stuck, s.
 const HELD_ANGLE_RAD: f64 = 0.05;
 const STUCK_S: f64 = 2.0;
 const MAX_TURN_RAD: f64 = 1e9;
 
-/// A magnetometer that gives one value while the body turns: what is held is no news.
+/// Detects a magnetometer with a constant value while the body turns; a held value is not used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Held {
-    /// Square of the strength of the last tick's last sample, and how far the body has turned since
-    /// that is the same, rad.
+    /// Squared strength of the last tick's last sample, and rotation of the body since it is
+    /// constant, rad.
     square: f64,
     turn: Vector3<f64>,
-    /// Seconds for which the value has been held.
+    /// Time for which the value has been constant, s.
     seconds: f64,
 }
 
@@ -103,8 +102,8 @@ impl Default for Held {
 }
 
 impl Held {
-    /// Takes a tick with a field: the square of its last sample's strength, and by what the body
-    /// turns; returns whether the field is news.
+    /// Processes a tick with a field: the squared strength of its last sample, and the body's
+    /// rotation. Returns true if the field has changed.
     pub fn observe(&mut self, square: f64, turned: &Vector3<f64>, span: f64) -> bool {
         let same = core::mem::replace(&mut self.square, square) == square;
         self.turn = if same {
@@ -117,7 +116,7 @@ impl Held {
         news
     }
 
-    /// True if the last tick's field was no news.
+    /// True if the last tick's field was held.
     pub fn is_held(&self) -> bool {
         self.seconds > 0.0
     }
@@ -134,14 +133,15 @@ impl Held {
     }
 }
 
-/// True if one strength is that of another, by their squares.
+/// True if two strengths are equal, compared by their squares.
 #[inline(always)]
 fn is_near(one: f64, other: f64) -> bool {
     one <= MAX_STRENGTH_RATIO * MAX_STRENGTH_RATIO * other
         && other <= MAX_STRENGTH_RATIO * MAX_STRENGTH_RATIO * one
 }
 
-/// Strength and dip of a field: its level part, which is not negative, the one down, and both.
+/// Strength and dip of a field: its horizontal part, which is not negative, its downward part, and
+/// its size.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Shape {
     level: f64,
@@ -174,17 +174,17 @@ impl Shape {
     }
 }
 
-/// The field known, and one that may take its place.
+/// The known field, and a candidate that may replace it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Magnet {
     known: Option<Shape>,
     candidate: Shape,
-    /// Seconds of rotation in the candidate's field, and seconds for which its shape has stayed.
+    /// Time of rotation in the candidate's field, s, and time for which its shape was constant, s.
     turned: f64,
     stayed: f64,
-    /// Seconds within the limits of the field known.
+    /// Time within the limits of the known field, s.
     undisturbed: f64,
-    /// Seconds of rejection that are used up.
+    /// Time of rejection that is used, s.
     rejected: f64,
     trusted: bool,
 }
@@ -205,24 +205,24 @@ impl Default for Magnet {
 }
 
 impl Magnet {
-    /// True if a field is known, and the present one is not it.
+    /// True if a field is known and the present field differs from it.
     pub fn is_disturbed(&self) -> bool {
         self.known.is_some() && !self.trusted
     }
 
-    /// True if the last field was not used, for it is not the one known.
+    /// True if the last field was not used, because it is not the known field.
     pub fn is_ignored(&self) -> bool {
         !self.trusted && self.rejected < MAX_REJECTION_S
     }
 
-    /// True if its direction says something of a heading that drifts: it is the one known, or there
-    /// never was one and it has stayed the same.
+    /// True if its direction is evidence of a heading drift: it is the known field, or no field was
+    /// ever known and it has been constant.
     pub fn is_believed(&self) -> bool {
         self.trusted || self.known.is_none() && self.stayed >= MIN_UNCHANGED_S
     }
 
-    /// Takes the mean field of so many seconds, and the rate, rad/s; returns by how much the
-    /// variance of its direction is larger than usual, or None where it must not be used.
+    /// Processes the mean field of this time, s, and the rate, rad/s. Returns the factor of its
+    /// direction's variance, or `None` if it must not be used.
     pub fn observe(&mut self, field: &Vector3<f64>, seconds: f64, rate: f64) -> Option<f64> {
         let seen = Shape::of(field);
         self.compare(&seen, seconds);
@@ -251,7 +251,7 @@ impl Magnet {
         }
     }
 
-    /// A field that stays the same while the sensor turns is the earth's, or the room's.
+    /// Accepts a field that is constant while the sensor turns: the earth's field, or the room's.
     fn consider(&mut self, seen: &Shape, seconds: f64, rate: f64) {
         if !seen.is_near(&self.candidate) {
             (self.candidate, self.turned, self.stayed) = (*seen, 0.0, 0.0);
@@ -289,7 +289,7 @@ mod tests {
         Vector3::new(0.0, 20.0, -40.0)
     }
 
-    /// The event of a field that lasts for so many seconds, at the end.
+    /// Result for a field that lasts for this time, at its end.
     fn seen(magnet: &mut Magnet, field: Vector3<f64>, seconds: f64, rate: f64) -> Option<f64> {
         let ticks = (seconds / TICK).round() as usize;
         (0..ticks).map(|_| magnet.observe(&field, TICK, rate)).last().expect("some ticks")
@@ -345,11 +345,11 @@ mod tests {
     #[test]
     fn a_magnet_is_rejected_for_a_minute_and_then_doubted() {
         let mut magnet = knowing();
-        // What was used up before the first field was known comes back twice as fast.
+        // Rejection time used before the first field was known is recovered twice as fast.
         assert_eq!(seen(&mut magnet, earth(), 40.0, 0.0), Some(1.0));
         assert_eq!(seen(&mut magnet, earth() * 2.0, 59.5, 0.0), None);
         assert_eq!(seen(&mut magnet, earth() * 2.0, 1.0, 0.0), Some(DOUBTED_NOISE_FACTOR));
-        // The one known is trusted again after half a second.
+        // The known field is trusted again after half a second.
         assert_eq!(seen(&mut magnet, earth(), 0.4, 0.0), Some(DOUBTED_NOISE_FACTOR));
         assert_eq!(seen(&mut magnet, earth(), 0.3, 0.0), Some(1.0));
         assert!(!magnet.is_disturbed());

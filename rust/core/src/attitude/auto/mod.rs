@@ -1,11 +1,11 @@
 //! The default filter: a Kalman filter that also learns the gyro's scale and misalignment from
-//! gravity, and lets a magnetometer touch the heading only.
+//! gravity. The magnetometer corrects only the heading.
 //!
-//! Each sample is integrated. Ticks of a tenth of a second correct: the velocity that the force
-//! makes in a frame that the gyro holds level stays near zero, or the tilt is wrong, or bias and
-//! matrix of the gyro that have turned it. After D. Laidig and T. Seel (VQF, *Information Fusion*
-//! 91, 2023) in what a frame of the gyro's own is good for; the errors of the gyro as states are
-//! our own.
+//! Each sample is integrated. Ticks of a tenth of a second correct the errors. The force is
+//! integrated to a velocity in a frame that the gyro holds level, and this velocity must stay near
+//! zero. If it does not, the tilt is wrong, or the bias and matrix of the gyro that have turned it.
+//! The frame follows D. Laidig and T. Seel (VQF, *Information Fusion* 91, 2023); the gyro errors as
+//! states are an addition.
 
 mod deviation;
 mod drift;
@@ -55,57 +55,58 @@ use super::events::Events;
 use super::sample::MIN_FIELD;
 use crate::error::Error;
 
-/// Seconds of a tick.
+/// Duration of a tick, s.
 const TICK: f64 = 0.1;
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
-/// Noise of the angle, rad/√s, and what of every turn accelerometer and mounting leave, rad/√rad.
+/// Noise of the angle, rad/√s, and error of accelerometer and mounting per rotation, rad/√rad.
 const ANGLE_NOISE: f64 = 0.01 * DEGREE;
 const TURN_NOISE: f64 = 0.003;
-/// Random walk of the bias, rad/s/√s, how far it is followed, and its spread at the start, rad/s:
-/// so that motion tells a large one, and an ordinary one is not lost in it.
+/// Random walk of the bias, rad/s/√s; limit of its variance's growth; and initial standard
+/// deviation, rad/s. Motion reveals a large bias, and an ordinary bias is not lost in motion.
 const BIAS_WALK: f64 = 0.01 * DEGREE;
 const MAX_FOLLOWED_BIAS_RAD_S: f64 = 0.5 * DEGREE;
 const BIAS_SIGMA: f64 = DEGREE;
-/// Largest bias of a gyro, rad/s, unless a person says otherwise.
+/// Default of the gyro's largest bias, rad/s.
 const BIAS_LIMIT: f64 = 10.0 * DEGREE;
-/// Bias error that a wrong tilt suggests, rad/s: more finds a jump sooner, and mistakes a car's
-/// long accelerations for one.
+/// Bias error to assume with a wrong tilt, rad/s. A larger value finds a jump sooner, and mistakes
+/// a car's long accelerations for a jump.
 const RECOVERY_BIAS_SIGMA_RAD_S: f64 = 0.15 * DEGREE;
-/// Rate about level axes of a body that leans as much as gravity needs to show all of the bias,
-/// rad/s.
+/// Rate about level axes at which gravity shows the whole bias, rad/s.
 const LEANING_RATE_RAD_S: f64 = 20.0 * DEGREE;
-/// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
+/// Random walk of the matrix elements, 1/√s, and their initial standard deviations on the diagonal
+/// and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
-/// Variance of a tilt of which nothing is known, rad²: half of it about each level axis.
+/// Variance of an unknown tilt, rad²: half of it about each level axis.
 const MAX_TILT_VARIANCE_RAD2: f64 = 1.0;
-/// Bias of an accelerometer, m/s², as consumer devices have it.
+/// Bias of a consumer accelerometer, m/s².
 const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
 const VELOCITY_NOISE: f64 = 0.01;
 /// Velocity at rest, m/s √s.
 const REST_VELOCITY: f64 = 1e-2;
-/// Deviation of what is not learned, rad/s and 1.
+/// Standard deviation of values that are not learned, rad/s and 1.
 #[cfg(feature = "std")]
 const FIXED_SIGMA: f64 = 1e-7;
-/// Ticks at rest over which the strength of gravity is averaged, and from how many on it is known.
+/// Number of ticks at rest for the mean of gravity, and number after which the mean is known.
 const GRAVITY_TICKS: f64 = 100.0;
 const MIN_GRAVITY_TICKS: f64 = 20.0;
-/// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
+/// Initial variances of the heading, rad²: before a magnetometer's first field, and without a
+/// magnetometer.
 const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
 const CHOSEN_HEADING_VARIANCE_RAD2: f64 = 1e-6;
-/// Largest bias, rad/s, and element of the matrix' error that are believed.
+/// Largest plausible bias, rad/s, and largest plausible element of the matrix error.
 const MAX_BIAS: f64 = 10.0;
 const MAX_MATRIX: f64 = 0.2;
 const MAX_VELOCITY: f64 = 1e4;
-/// Seconds of one bias that the heading keeps.
+/// Longest time with one bias in the heading's error, s.
 const MAX_BIAS_TIME_S: f64 = 1e9;
 
 /// The filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Auto {
     options: AutoOptions,
-    /// True if bias and matrix are not learned: the rates are without them.
+    /// True if bias and matrix are not learned, because the rates are already corrected.
     knowing: bool,
     strapdown: Strapdown,
     sums: Sums,
@@ -113,9 +114,9 @@ pub struct Auto {
     bias: Vector3<f64>,
     /// I + S.
     matrix: Matrix3<f64>,
-    /// In the frame of the orientation, m/s.
+    /// Velocity in the frame of the orientation, m/s.
     velocity: [f64; 2],
-    /// Cosine and sine of half the angle by which that frame is turned against the earth.
+    /// Cosine and sine of half the angle between that frame and the earth.
     turn: [f64; 2],
     start: Start,
     rest: Rest,
@@ -137,20 +138,20 @@ pub struct Auto {
     by_bias: Vector3<f64>,
     /// Seconds since the field was last used.
     field_age: f64,
-    /// Mean strength of the force in rests, and how many ticks it is of.
+    /// Mean size of the force at rest, and its number of ticks.
     gravity: [f64; 2],
     at_rest: bool,
-    /// True if it rests or turns steadily, of which nobody can tell.
+    /// True if the body rests or turns steadily; the two cannot be distinguished.
     unclear: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
-    /// Events at the last sample: no state, the next one forgets them.
+    /// Events at the last sample. They are not part of the state: the next sample clears them.
     #[serde(skip)]
     events: Events,
 }
 
-/// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances
-/// of that and of the heading before a correction.
+/// Up in the sensor's axes, the hidden share of the bias along it, and the variances of this share
+/// and of the heading before a correction.
 struct Hidden {
     up: Vector3<f64>,
     share: f64,
@@ -161,11 +162,11 @@ struct Hidden {
 /// Result of a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Ticked {
-    /// Its seconds.
+    /// Duration of the tick, s.
     pub seconds: f64,
-    /// True if its field was that of a magnetometer that is held while the body turns.
+    /// True if the field was constant while the body turned: the magnetometer is stuck.
     pub held: bool,
-    /// Correction of the heading by the tick's field, if that was used.
+    /// Correction of the heading by the tick's field; `None` if it was not used.
     pub heading_correction: Option<HeadingCorrection>,
 }
 
@@ -173,7 +174,7 @@ impl Auto {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if an option is out of its range.
+    /// [`Error::Parameter`] if an option is out of range.
     pub fn new(options: AutoOptions) -> Result<Self, Error> {
         Ok(Self::with(options.validate()?))
     }
@@ -220,7 +221,7 @@ impl Auto {
         }
     }
 
-    /// A filter for rates without bias and of a gyro without errors of its own.
+    /// A filter for rates without bias, from a gyro without errors.
     #[cfg(feature = "std")]
     fn knowing(options: AutoOptions) -> Self {
         let usual = AutoOptions { mag: options.mag, ..AutoOptions::default() };
@@ -232,12 +233,12 @@ impl Auto {
         Self { knowing: true, options: usual, ..Self::with(sure) }
     }
 
-    /// The options.
+    /// Options of the filter.
     pub fn options(&self) -> &AutoOptions {
         &self.options
     }
 
-    /// The first second levels the frame sample by sample; the first field says where north is.
+    /// In the first second every sample levels the frame, and the first field gives north.
     #[cold]
     #[inline(never)]
     fn begin(&mut self, accel: &Vector3<f64>, mag: Option<&Vector3<f64>>, known: bool) {
@@ -261,7 +262,7 @@ impl Auto {
             self.watch_unit(&sums, news);
         }
         if self.errors.variance(0) > TILT_SIGMA_RAD * TILT_SIGMA_RAD && sums.forces == 0.0 {
-            // Nothing has been known for so long that the tilt is not: the next force shows it.
+            // The gap is so long that the tilt is unknown: the next force gives it.
             self.start.again();
         }
         let state = self.rest(&sums, news);
@@ -290,14 +291,13 @@ impl Auto {
             return self.unit.interrupt();
         }
         let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
-        // Whatever iron adds to its strength, the field's direction turns as the body does.
+        // Iron may change the field's size, but its direction rotates with the body.
         let field = news.then(|| self.strapdown.rotation.tr_mul(&sums.field));
         let direction = field.and_then(|field| field.try_normalize(MIN_FIELD));
         self.unit.observe(&rate, &force, direction.as_ref(), sums.elapsed);
     }
 
-    /// True if a tick has a field, and not that of a magnetometer that is held while the body
-    /// turns.
+    /// True if a tick has a field of a magnetometer that is not stuck.
     #[inline(always)]
     fn has_news(&mut self, sums: &Sums) -> bool {
         if !self.options.mag || sums.fields == 0.0 {
@@ -307,7 +307,7 @@ impl Auto {
         self.held.observe(self.spikes.last(), &turned, sums.elapsed)
     }
 
-    /// Propagate velocity and errors through a tick; false where no force was known in it.
+    /// Propagates velocity and errors through a tick; false if the tick has no known force.
     #[inline(always)]
     fn predict(&mut self, sums: &Sums, rate: f64) -> bool {
         let span = sums.elapsed;
@@ -318,7 +318,8 @@ impl Auto {
         let walk = if self.options.mag { span * square(FIELD_WALK) } else { 0.0 };
         let mut drivers = [sums.drivers(0), sums.drivers(1), sums.drivers(2)];
         if self.drift.is_active() {
-            // The heading follows bias and drift together: of the bias alone it tells nothing.
+            // The heading follows bias and drift together, and gives no information on the bias
+            // alone.
             drivers[2].fixed_rows_mut::<3>(0).fill(0.0);
         }
         let of_bias = drivers[2].fixed_rows::<3>(0);
@@ -347,7 +348,7 @@ impl Auto {
         known
     }
 
-    /// The velocity stays near zero; at rest it is zero, and the rate is the bias.
+    /// Corrects by a velocity near zero. At rest it is zero, and the rate is the bias.
     #[inline(always)]
     fn correct(&mut self, sums: &Sums, level: Option<(Vector3<f64>, f64)>, moving: bool) {
         let mut found = Found { states: States::zeros(), heading: 0.0 };
@@ -392,8 +393,8 @@ impl Auto {
         Some(self.scale_noise.observe(&tilt, expected, self.speed_squared, span))
     }
 
-    /// The part of the bias that gravity does not show while no rest has shown it: that along the
-    /// vertical of a body that does not lean.
+    /// The part of the bias along the vertical of a level body: hidden from gravity while no rest
+    /// has shown it.
     #[inline(always)]
     fn hidden(&self, sums: &Sums) -> Option<Hidden> {
         let up = self.strapdown.rotation.row(2).transpose();
@@ -407,7 +408,7 @@ impl Auto {
         Some(Hidden { up, share: 1.0 - leaning / square(LEANING_RATE_RAD_S), bias, heading })
     }
 
-    /// Takes back what accelerations of the body seemed to say of it.
+    /// Reverses corrections that came from the body's accelerations.
     #[inline(never)]
     fn give_back(&mut self, hidden: &Hidden, found: &mut Found) {
         let Hidden { up, share, bias, heading } = hidden;
@@ -418,7 +419,7 @@ impl Auto {
         self.errors.widen_heading(share * (heading - self.errors.heading()));
     }
 
-    /// Motion that goes straight on tells a bias that no rest has shown.
+    /// Motion in a straight line shows a bias that no rest has shown.
     #[inline(always)]
     fn go_straight(&mut self, sums: &Sums, found: &mut Found) {
         if sums.unknown > 0.0 {
@@ -432,7 +433,7 @@ impl Auto {
         }
     }
 
-    /// A tilt that is wrong although the filter is sure of it.
+    /// Detects a tilt that is wrong although its variance is small.
     #[inline(always)]
     fn recover(&mut self, sums: &Sums, persistence: Option<f64>) {
         let (force, felt) = (sums.force / sums.forces, sums.accel / sums.forces);
@@ -463,8 +464,8 @@ impl Auto {
         }
     }
 
-    /// Variance of the tilt's correction by both components of the velocity at once: the same along
-    /// whatever level axes.
+    /// Variance of the tilt's correction by the two components of the velocity; it is the same for
+    /// any level axes.
     fn expected(&self, noise: f64) -> f64 {
         let p = self.errors.covariance();
         let variance = |j: usize| p[(VELOCITY + j, VELOCITY + j)] + noise;
@@ -498,26 +499,26 @@ impl Auto {
         self.turn_heading(found.heading);
     }
 
-    /// Of the angle between true and estimated up, rad²: no corrections see the bias of an
-    /// accelerometer.
+    /// Variance of the angle between the true and the estimated vertical, rad². Corrections do not
+    /// show the bias of an accelerometer.
     fn tilt_variance(&self) -> f64 {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
         (doubt * own).min(MAX_TILT_VARIANCE_RAD2) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
-    /// Return the factor by which stated variances of bias and matrix are larger: what a velocity
-    /// that lasts does to the tilt, it does to what is learned from it.
+    /// Factor on the stated variances of bias and matrix. A lasting velocity affects them in the
+    /// same way as the tilt.
     fn doubt(&self) -> f64 {
         self.accelerations.doubt(&self.lasting).max(1.0)
     }
 
-    /// Mean strength of the force in rests, m/s²; NaN before the first.
+    /// Mean size of the force at rest, m/s²; NaN before the first rest.
     fn mean_gravity(&self) -> f64 {
         if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
     }
 
-    /// The same once rests have shown it.
+    /// Mean size of the force at rest, once rests have shown it.
     fn known_gravity(&self) -> Option<f64> {
         if self.gravity[1] >= MIN_GRAVITY_TICKS { Some(self.gravity[0]) } else { None }
     }
@@ -533,7 +534,7 @@ fn square(x: f64) -> f64 {
     x * x
 }
 
-/// Variances of all states at the start.
+/// Initial variances of all states.
 fn start_variances(bias_sigma: &[f64; 3], matrix_sigma: &[[f64; 3]; 3]) -> States {
     States::from_fn(|i, _| match i {
         0..BIAS => TILT_SIGMA_RAD * TILT_SIGMA_RAD,
@@ -551,7 +552,7 @@ mod tests {
     use nalgebra::{UnitQuaternion, Vector3};
     use proptest::prelude::*;
 
-    /// A hand that turns and shakes, and whatever fields.
+    /// A hand that turns and shakes, with any fields.
     fn samples(fields: &[Option<[f64; 3]>]) -> impl Iterator<Item = Inertial> {
         fields.iter().enumerate().map(|(k, field)| {
             let t = 0.01 * k as f64;
@@ -599,7 +600,7 @@ mod tests {
                 filter
             };
             let (one, other) = (begun(0.0), begun(angle));
-            // Of corrections that persist: the noise that is learned from them is not the least.
+            // Persistent corrections: the learned noise is not the smallest noise.
             prop_assert!(one.scale_noise != ScaleNoise::default());
             prop_assert!((one.bias - other.bias).amax() < 1e-12);
             prop_assert!((one.matrix - other.matrix).amax() < 1e-12);

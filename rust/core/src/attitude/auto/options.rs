@@ -10,15 +10,15 @@ use crate::error::{Error, require};
 pub struct AutoOptions {
     /// True if there is a magnetometer; without one the initial heading is arbitrary.
     pub mag: bool,
-    /// The gyro's output without rotation, rad/s.
+    /// Output of the gyro without rotation, rad/s.
     pub bias: [f64; 3],
-    /// Its standard deviation.
+    /// Standard deviation of `bias`, rad/s.
     pub bias_sigma: [f64; 3],
     /// Largest bias of this gyro, rad/s: a larger rate never counts as rest.
     pub bias_limit: f64,
-    /// M in `rate = M (gyro - bias)`, its rows.
+    /// Rows of the matrix M in `rate = M (gyro - bias)`.
     pub matrix: [[f64; 3]; 3],
-    /// Standard deviations of its elements.
+    /// Standard deviations of the elements of `matrix`.
     pub matrix_sigma: [[f64; 3]; 3],
 }
 

@@ -1,10 +1,10 @@
-//! A tilt that is wrong: after a knock, lost or clipped samples, or a bias that jumped.
+//! Recovery from a wrong tilt: after a knock, lost or clipped samples, or a jump of the bias.
 //!
-//! Then the force in the frame keeps pointing one way, and corrections of the tilt with it, while the
-//! filter takes the velocity that it sees for the body's own and believes its evidence less and less.
+//! The mean force in the frame then keeps one direction, and corrections of the tilt do, too.
+//! Meanwhile the filter attributes the velocity to the body and gives it less and less weight.
 //!
-//! A body that speeds up for seconds looks the same, but for the length of the force: a wrong tilt only
-//! turns gravity, what speeds up adds to it.
+//! A body that accelerates for seconds looks similar, except for the size of the force: a wrong
+//! tilt only turns gravity, an acceleration adds to it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,31 +13,33 @@ use crate::attitude::GRAVITY;
 use crate::attitude::sample::MAX_FORCE;
 use crate::math::validity::{are_within, is_size};
 
-/// Seconds of the mean force, and those between two recoveries.
+/// Time of the mean force, and shortest time between two recoveries, s.
 const FORCE_MEAN_S: f64 = 1.5;
 const MIN_RECOVERY_INTERVAL_S: f64 = 2.0;
-/// Square of the sum of corrections, in times of what is expected, from which on they persist.
+/// Ratio of the squared sum of corrections to its expectation above which they persist.
 const MIN_CORRECTION_RATIO: f64 = 2.0;
-/// Level part of the mean force, m/s², that a body under way does not keep up.
+/// Smallest horizontal part of the mean force, m/s², that a moving body does not sustain.
 const MIN_LEVEL_FORCE_M_S2: f64 = 2.5;
-/// Largest deviation of the tilt, rad.
+/// Largest standard deviation of the tilt, rad.
 const MAX_TILT_SIGMA_RAD: f64 = 0.5;
-/// Share of the mean force that points up, below which the frame is more than 45 deg off, and the
-/// least such force, m/s².
+/// Share of the mean force that points up below which the frame is wrong by more than 45 deg, and
+/// smallest such force, m/s².
 const MIN_UP_SHARE: f64 = 0.7;
 const MIN_UP_FORCE_M_S2: f64 = 3.0;
-/// Share of the square of the level part by which that of the whole force is larger than gravity's,
-/// squared: of a body that speeds up all of it, of a wrong tilt nothing. Pushes are commoner than knocks;
-/// a rest is denied by what is surely one, of so many m/s² where the strength of gravity is known.
+/// Share of the squared horizontal force by which the whole squared force exceeds gravity: all of
+/// it for an accelerating body, nothing for a wrong tilt. Accelerations are more frequent than
+/// knocks. The second value is the smallest acceleration that contradicts a rest, m/s², if gravity
+/// is known.
 const MIN_PUSH_SHARE: f64 = 0.25;
 const MIN_SURE_PUSH_SHARE: f64 = 0.5;
 const MIN_PUSH_M_S2: f64 = 1.0;
-/// Seconds of it after which the velocity is not near zero, and by how much its variance is larger then.
+/// Time of an acceleration after which the velocity is not near zero, s, and factor of its variance
+/// then.
 const LONG_PUSH_S: f64 = 3.0;
 const VELOCITY_VARIANCE_FACTOR: f64 = 10.0;
 
-/// Less than this, m/s², no force changes by from tick to tick but that of a stuck accelerometer,
-/// where the body turns by so much, (rad/s)².
+/// Smallest change of a force between ticks, m/s², below which the accelerometer is stuck if the
+/// body turns this fast, (rad/s)².
 const MAX_STUCK_CHANGE_M_S2: f64 = 1e-9;
 const MIN_TURN_RATE_SQUARED: f64 = 0.01;
 
@@ -46,7 +48,7 @@ const MIN_TURN_RATE_SQUARED: f64 = 0.01;
 pub enum Wrong {
     /// Variance of the tilt about each level axis, rad².
     Tilted(f64),
-    /// More than a filter of small errors can mend.
+    /// The error is too large for a filter of small errors.
     Fallen,
 }
 
@@ -54,9 +56,9 @@ pub enum Wrong {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Recovery {
     mean: Vector3<f64>,
-    /// The last tick's in the axes of the sensor.
+    /// Mean force of the last tick in the sensor's axes.
     last: Vector3<f64>,
-    /// Seconds since the last recovery, and those for which the body has surely sped up.
+    /// Time since the last recovery, s, and time of a certain acceleration, s.
     since: f64,
     pushed: f64,
 }
@@ -69,9 +71,9 @@ impl Default for Recovery {
 }
 
 impl Recovery {
-    /// Takes the mean force of a tick after the start, in the frame and in the axes of the sensor, the
-    /// mean square of the rate, and the strength of gravity if it is known. One that never changes says
-    /// nothing of a body that turns.
+    /// Processes the mean force of a tick after the start, in the frame and in the sensor's axes;
+    /// the mean square of the rate; and gravity, if known. A constant force of a turning body is
+    /// not used.
     pub fn observe(
         &mut self,
         force: &Vector3<f64>,
@@ -93,13 +95,13 @@ impl Recovery {
         self.pushed = if surely { self.pushed + span } else { 0.0 };
     }
 
-    /// True if the body surely speeds up: it does not rest.
+    /// True if the body certainly accelerates: it does not rest.
     pub fn is_strong(&self) -> bool {
         self.pushed > 0.0
     }
 
-    /// By how much the variance of "the velocity is zero" is larger: the gyro holds the tilt of a body
-    /// that speeds up for long.
+    /// Factor on the variance of "the velocity is zero": during a long acceleration the gyro holds
+    /// the tilt.
     pub fn doubt(&self) -> f64 {
         if self.pushed > LONG_PUSH_S * (1.0 + 1e-9) { VELOCITY_VARIANCE_FACTOR } else { 1.0 }
     }
@@ -108,14 +110,15 @@ impl Recovery {
         self.mean.x * self.mean.x + self.mean.y * self.mean.y
     }
 
-    /// True if so large a share of the level part adds to gravity. What points down has fallen.
+    /// True if this share of the horizontal part adds to gravity. If the force points down, the
+    /// tilt has fallen.
     fn is_pushed(&self, gravity: f64, share: f64) -> bool {
         let more = self.mean.norm_squared() - gravity * gravity;
         self.mean.z > 0.0 && more > share * self.level_squared()
     }
 
-    /// The fault of the tilt, if corrections persist for these multiples of their expectation, the
-    /// tilt has this variance and gravity this strength; in a rest only a fall is seen.
+    /// Error of the tilt, if corrections persist by this ratio, the tilt has this variance and
+    /// gravity this size. In a rest only a fall is detected.
     pub fn test(&mut self, persistence: Option<f64>, variance: f64, gravity: f64) -> Option<Wrong> {
         if self.is_pushed(gravity, MIN_PUSH_SHARE) {
             return None;
@@ -150,7 +153,7 @@ impl Recovery {
 mod tests {
     use super::{GRAVITY, Recovery, Vector3, Wrong};
 
-    /// After four seconds of such a force.
+    /// State after four seconds of this force.
     fn felt(force: Vector3<f64>) -> Recovery {
         let mut recovery = Recovery::default();
         for k in 0..40 {

@@ -1,5 +1,5 @@
-//! Smoothing of a whole record: rests before, between and after say what the bias was all along, and
-//! then the filter runs forward and backward on rates that have none.
+//! Smoothing of a whole record. Rests before, during and after a sample determine the bias. Then
+//! the filter runs forward and backward on rates without bias.
 
 use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
@@ -16,17 +16,17 @@ use crate::math::parallel;
 use crate::stream::{Block, Stream};
 use crate::{memory, work};
 
-/// Samples between two looks at whether to go on.
+/// Number of samples between two checks for a stop.
 const SAMPLES_PER_CHECK: usize = 1 << 12;
 
-/// Deviations of the headings of both passes, rad, below which they are joined half and half.
+/// Largest standard deviation of the headings of the two passes, rad, for an equal mean.
 const MAX_JOINED_SIGMA_RAD: f64 = core::f64::consts::PI / 6.0;
 
-/// A filter around this one that sees fields of its own making.
+/// A filter around this one that corrects the magnetometer's samples.
 pub trait Around: Tagged + Clone + Send + Sync {
     /// The filter inside.
     fn auto(&self) -> &Auto;
-    /// The field that it sees of the next sample's, NaN for none.
+    /// The corrected field of the next sample, NaN without a field.
     fn field(&self, mag: [f64; 3]) -> [f64; 3];
 }
 
@@ -40,7 +40,7 @@ impl Around for Auto {
     }
 }
 
-/// The bias after a sample, rad/s, with the filter's variance of it and the standard deviation to report.
+/// Bias after a sample, rad/s, its variance in the filter, and the reported standard deviation.
 #[derive(Debug, Clone, Copy)]
 struct Bias {
     value: Vector3<f64>,
@@ -48,18 +48,18 @@ struct Bias {
     sigma: Vector3<f64>,
 }
 
-/// Matrix of the gyro, and the deviations of its elements.
+/// Matrix of the gyro, and standard deviations of its elements.
 #[derive(Debug, Clone, Copy)]
 struct Gyro {
     matrix: Matrix3<f64>,
     sigma: Matrix3<f64>,
 }
 
-/// State of a pass over rates without bias after a sample, in the frame east, north, up.
+/// State after a sample in a pass over rates without bias, in the frame east, north, up.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     orientation: Quaternion<f64>,
-    /// The filter's variances of both tilts together, and of the heading.
+    /// Variance of the two tilts together, and of the heading, in the filter.
     tilt: f64,
     heading: f64,
     /// Reported standard deviations.
@@ -75,7 +75,7 @@ struct Known {
 #[derive(Debug, Clone, Copy)]
 struct First {
     bias: Bias,
-    /// The field that it saw.
+    /// Corrected field.
     field: [f64; 3],
     events: Events,
 }
@@ -94,7 +94,7 @@ struct Passed<T> {
     gyro: Gyro,
 }
 
-/// A record as a gyro without bias and with the matrix one gives it, and what was taken off.
+/// A record for a gyro without bias and matrix errors, and the subtracted bias and matrix.
 #[derive(Debug)]
 struct Record {
     params: AttitudeParams,
@@ -111,7 +111,7 @@ pub struct Smoothed {
     record: Record,
     mag: bool,
     forward: Vec<Known>,
-    /// From the last sample to the first.
+    /// States of the backward pass, from the last sample to the first.
     backward: Vec<Known>,
     drift: Drift,
     next: usize,
@@ -120,13 +120,15 @@ pub struct Smoothed {
 impl<E: Around> Attitude<E> {
     /// Smooths each sample of a record with the whole record; the filter's own state is not used.
     ///
-    /// The record is filtered forward and backward in time. The bias of both passes is joined at each
-    /// sample, axis by axis, and taken off the rates together with the mean of their matrices; then
-    /// both run again, on rates that need neither. Tilt and, with a magnetometer, heading of both are
-    /// joined by their variances; without one the heading is that of the forward pass.
+    /// The record is filtered forward and backward in time. The biases of the two passes are
+    /// combined at each sample, axis by axis, and subtracted from the rates; the mean of their
+    /// matrices is applied. Then the two passes run again, on corrected rates. Their tilts and,
+    /// with a magnetometer, headings are combined by their variances. Without a magnetometer the
+    /// heading is the forward pass's heading.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
+    /// [`Error::Memory`] if there is no memory for the passes, [`Error::Stopped`] after a request
+    /// to stop.
     pub fn smooth(&self, samples: Vec<Sample>) -> Result<Smoothed, Error> {
         let options =
             AutoOptions { mag: self.estimator().auto().options.mag, ..Default::default() };
@@ -147,12 +149,11 @@ impl<E: Around> Attitude<E> {
         })
     }
 
-    /// The record without the bias that all of it tells of each sample, and with the fields that the
-    /// filter inside has seen.
+    /// The record without the bias that all samples determine, and with the corrected fields.
     fn without_bias(&self, mut samples: Vec<Sample>) -> Result<Record, Error> {
         let (params, n) = (*self.params(), samples.len());
         let options = *self.estimator().auto().options();
-        // No field says anything of a bias.
+        // A field gives no information on a bias.
         let reversed = AutoOptions { bias: options.bias.map(|x| -x), mag: false, ..options };
         let (mut own, reversed) = (self.clone(), Attitude::new(params, Auto::with(reversed))?);
         own.reset();
@@ -161,7 +162,7 @@ impl<E: Around> Attitude<E> {
             || pass(own.clone(), n, &|k| samples[k], First::of),
             || pass(reversed, n, &back, First::of),
         )?;
-        // Each pass knows most of the matrix at its end.
+        // Each pass knows the matrix best at its end.
         let (gyro, unit) = (forward.gyro.mean(&backward.gyro), params.gyro_unit);
         let (mut biases, mut events) = (memory::room(n)?, memory::room(n)?);
         let ahead = forward.found.iter().zip(&mut samples);
@@ -175,7 +176,7 @@ impl<E: Around> Attitude<E> {
             biases.push(bias);
             events.push(first.events);
         }
-        // What is left of a rate within the range may lie beyond it.
+        // A corrected rate may exceed the range.
         let params = AttitudeParams { gyro_range: None, ..params };
         Ok(Record { params, samples, biases, events, gyro })
     }
@@ -184,7 +185,7 @@ impl<E: Around> Attitude<E> {
 /// The k-th sample of a pass.
 type At<'a> = dyn Fn(usize) -> Sample + Sync + 'a;
 
-/// Both at once, each on a thread of its own if there is one.
+/// Runs two passes, in parallel if there is a thread.
 fn both<T: Send>(
     ahead: impl Fn() -> Result<Passed<T>, Error> + Sync,
     back: impl Fn() -> Result<Passed<T>, Error> + Sync,
@@ -197,7 +198,7 @@ fn both<T: Send>(
     }
 }
 
-/// The state after each of n samples, of the filter and of its field.
+/// State after each of n samples, of the filter and of its field.
 fn pass<E: Around, T>(
     mut filter: Attitude<E>,
     n: usize,
@@ -215,16 +216,16 @@ fn pass<E: Around, T>(
     Ok(Passed { found, gyro: Gyro::of(filter.estimator().auto()) })
 }
 
-/// One sample, by the loop that fills batches: what is done at a tick is large, and is compiled no
-/// second time here.
+/// Processes one sample, by the loop for batches: the work at a tick is large and is not compiled
+/// again here.
 fn take<E: Around>(filter: &mut Attitude<E>, sample: &Sample) {
     let ([gx, gy, gz], [ax, ay, az], [mx, my, mz]) = (sample.gyro, sample.accel, sample.mag);
     let row = [gx, gy, gz, ax, ay, az, mx, my, mz, sample.dt];
     filter.process_column(0, &mut Block::new(1, &row, &mut [0.0; 4], &mut []));
 }
 
-/// The k-th sample of a record backward in time: the rate that leads from a sample to the one before
-/// it is the sample's own, the other way round.
+/// The k-th sample of a record backward in time. The rate from a sample to the previous one is the
+/// sample's own rate with the opposite sign.
 fn turned(samples: &[Sample], k: usize, rate: f64) -> Sample {
     let index = samples.len() - 1 - k;
     let sample = samples[index];
@@ -267,7 +268,7 @@ impl Iterator for Smoothed {
 
 impl ExactSizeIterator for Smoothed {}
 
-/// Seconds of a sample in which its rate counts.
+/// Time of a sample for which its rate is used, s.
 fn seconds(sample: &Sample, rate: f64) -> f64 {
     let dt = if sample.dt >= 0.0 { sample.dt } else { 1.0 / rate };
     dt.min(1.0)
@@ -280,7 +281,7 @@ impl Bias {
         Self { value: auto.bias, variance, sigma: variance.map(|x| ComplexField::sqrt(doubt * x)) }
     }
 
-    /// Axis by axis; the other is of a pass backward in time.
+    /// Combines axis by axis; the other bias is from a pass backward in time.
     fn joined(&self, other: &Self) -> Self {
         let share = self.variance.zip_map(&other.variance, share);
         Self {
@@ -322,8 +323,8 @@ impl Known {
     }
 }
 
-/// The combination of both passes. Without a magnetometer the heading is one against the start,
-/// which the second knows nothing of.
+/// Combines the two passes. Without a magnetometer the heading is relative to the start, which the
+/// backward pass does not know.
 fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Knowledge) {
     let apart = backward.orientation * forward.orientation.conjugate();
     let about_up = 2.0 * f64::atan2(apart.k, apart.w);
@@ -333,7 +334,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
     let [a, b] = variances(|known| known.heading_sigma);
     let leaned = small_rotation(&Vector3::new(level.x * tilt, level.y * tilt, 0.0));
     let (orientation, heading_sigma) = if mag {
-        // Both follow the same field: what the forward pass lags behind a drift, the backward one leads.
+        // The two passes follow the same field: one lags behind a drift, the other leads.
         let sure = a.max(b) < MAX_JOINED_SIGMA_RAD * MAX_JOINED_SIGMA_RAD;
         let heading = if sure { 0.5 } else { share(a, b) };
         let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
@@ -362,12 +363,13 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
     (orientation.normalize(), knowledge)
 }
 
-/// The share of the second in a mean by variances: what is left of its own is the mean's variance.
+/// Weight of the second value in a mean by variances: its variance times the remaining share is the
+/// mean's variance.
 fn share(one: f64, other: f64) -> f64 {
     if one + other > 0.0 { one / (one + other) } else { 0.5 }
 }
 
-/// The rotation vector of a rotation, at most half a turn.
+/// Rotation vector of a rotation by at most half a turn.
 fn angle(q: &Quaternion<f64>) -> Vector3<f64> {
     let q = if q.w < 0.0 { -q } else { *q };
     let length = q.imag().norm();
@@ -375,11 +377,11 @@ fn angle(q: &Quaternion<f64>) -> Vector3<f64> {
     q.imag() * scale
 }
 
-/// Heading error by gyro errors since the start, where nothing corrects the heading: lasting errors
-/// add up with their sign, so that rotations there and back leave nothing.
+/// Heading error from gyro errors since the start, if no magnetometer corrects the heading.
+/// Constant errors add up with their sign, and cancel in rotations there and back.
 #[derive(Debug, Clone, Copy, Default)]
 struct Drift {
-    /// By an error of the bias, s, and of each element of the matrix, rad.
+    /// Derivatives by an error of the bias, s, and of each element of the matrix, rad.
     bias: Vector3<f64>,
     matrix: Matrix3<f64>,
 }
@@ -391,7 +393,7 @@ impl Drift {
         self.matrix += up * rate.transpose();
     }
 
-    /// The deviation of the heading, of which the filter knows the variance but for these errors.
+    /// Standard deviation of the heading: the filter's variance and these errors.
     fn sigma(&self, own: f64, bias: &Bias, gyro: &Gyro) -> f64 {
         let of_bias = self.bias.component_mul(&bias.sigma).norm_squared();
         let of_matrix = self.matrix.component_mul(&gyro.sigma).norm_squared();

@@ -1,7 +1,7 @@
-//! The first second: up is where the mean force of a frame that the gyro holds still points.
+//! The first second: up is the direction of the mean force in a frame that the gyro holds.
 //!
-//! A body that is moved from the start feels accelerations of its own. Their mean is what its
-//! velocity has changed by over the time: it falls the longer one waits.
+//! A body that moves at the start has accelerations. Their mean is its velocity change divided by
+//! time, and decreases with time.
 
 use nalgebra::{ComplexField, Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,23 +9,23 @@ use serde::{Deserialize, Serialize};
 use super::errors::{Errors, VELOCITY};
 use crate::attitude::GRAVITY;
 
-/// Seconds that it lasts.
+/// Duration of the start, s.
 const START_S: f64 = 1.0;
-/// Speed that a body may change by in it, m/s.
+/// Largest velocity change of a body in the start, m/s.
 pub const MAX_SPEED_CHANGE_M_S: f64 = 1.0;
-/// Standard deviation of a tilt that nothing is known of, rad.
+/// Standard deviation of an unknown tilt, rad.
 pub const TILT_SIGMA_RAD: f64 = 0.5;
-/// A mean force shorter than this, of all samples together, tells no direction, m/s².
+/// Smallest mean force of all samples with a direction, m/s².
 const MIN_FORCE_M_S2: f64 = 1e-6;
-/// Samples may take no time: their sum is not longer than this, m/s².
+/// Largest sum of the forces, m/s²: samples may have no duration.
 const MAX_SUM: f64 = 1e9;
 
-/// The sum of the forces to date.
+/// Sum of the forces to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// Its length: it points up.
+    /// Size of the sum, which points up.
     sum: f64,
-    /// Seconds since the first force.
+    /// Time since the first force, s.
     elapsed: f64,
     pub over: bool,
     north: North,
@@ -36,14 +36,14 @@ pub struct Start {
 enum North {
     #[default]
     Unknown,
-    /// A first field, which may be a spike.
+    /// From a first field, which may be a spike.
     Doubted,
     Known,
 }
 
 impl Start {
-    /// Adds a force in the axes of the frame; returns the rotation of the frame that makes the sum
-    /// point up again.
+    /// Adds a force in the frame's axes; returns the rotation of the frame that turns the sum
+    /// upwards again.
     pub fn add(&mut self, force: &Vector3<f64>) -> Option<Quaternion<f64>> {
         let sum = Vector3::new(force.x, force.y, force.z + self.sum);
         let length = sum.norm();
@@ -53,19 +53,19 @@ impl Start {
         self.sum = length.min(MAX_SUM);
         let half = ComplexField::sqrt(((1.0 + sum.z / length) * 0.5).max(0.0));
         if half < 1e-6 {
-            // Upside down: about any level axis.
+            // Upside down: a rotation about any level axis.
             return Some(Quaternion::new(0.0, 1.0, 0.0, 0.0));
         }
         let scale = 0.5 / (half * length);
         Some(Quaternion::new(half, sum.y * scale, -sum.x * scale, 0.0).normalize())
     }
 
-    /// Begins once more, with the known heading.
+    /// Starts again, with the known heading.
     pub fn again(&mut self) {
         *self = Self { north: self.north, ..Self::default() };
     }
 
-    /// True if a field is the first, or the first that is `known` to be no spike.
+    /// True for the first field, and for the first field that is `known` to be no spike.
     pub fn is_first_field(&mut self, known: bool) -> bool {
         let north = if known { North::Known } else { North::Doubted };
         let first = north > self.north;
@@ -75,7 +75,8 @@ impl Start {
         first
     }
 
-    /// True if a tick belongs to the start; then the errors are those of a mean force over the time.
+    /// True if a tick belongs to the start; the errors then belong to a mean force over the
+    /// time.
     pub fn observe(&mut self, elapsed: f64, errors: &mut Errors) -> bool {
         if self.over || self.sum == 0.0 {
             return !self.over;
@@ -118,7 +119,7 @@ mod tests {
         fn the_sum_of_forces_points_up(
             forces in prop::collection::vec(prop::array::uniform3(-20.0..20.0_f64), 1..20),
         ) {
-            // The forces are given in a frame that stands still, of which `q` is seen.
+            // The forces are in a constant frame, seen as `q`.
             let (mut start, mut q, mut sum) = (Start::default(), UnitQuaternion::identity(), Vector3::zeros());
             for force in forces.into_iter().map(Vector3::from) {
                 sum += force;
@@ -155,7 +156,7 @@ mod tests {
             let slope = MAX_SPEED_CHANGE_M_S / (GRAVITY * 0.1 * f64::from(tick));
             let tilt = (2.0 * slope * slope).min(0.25);
             assert!((errors.variance(0) / tilt - 1.0).abs() < 1e-12);
-            // A tilt is the velocity to date over the time: of north along x, of east along -y.
+            // A tilt is the velocity to date over the time: from north along x, from east along -y.
             let coupled = errors.covariance()[(1, VELOCITY)];
             assert_eq!(coupled, -errors.covariance()[(0, VELOCITY + 1)]);
             assert!(

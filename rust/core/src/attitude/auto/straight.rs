@@ -1,8 +1,8 @@
-//! A body that was switched on under way and never rests, such as a car or a pendulum: it goes
-//! straight on for much of the time.
+//! Bias of a body that was switched on in motion and never rests, such as a car or a pendulum. Much
+//! of its motion is straight.
 //!
-//! No gravity shows the bias along the vertical. But where the rate about it stays the same for
-//! seconds it is the bias, more often than not: straights come back at one rate, arcs each at another.
+//! Gravity does not show the bias along the vertical. A rate about the vertical that is constant
+//! for seconds is usually the bias: straight stretches have one rate, arcs have different rates.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,25 +10,25 @@ use super::{BIAS_SIGMA, DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
 use crate::math::validity::is_size;
 
-/// Largest distance of a tick's rate from the mean of so many seconds, rad/s, and its duration.
+/// Largest distance of a tick's rate from the mean, rad/s, and time of the mean, s.
 const MAX_RATE_CHANGE_RAD_S: f64 = 3.0 * DEGREE;
 const MIN_STEADY_S: f64 = 1.5;
-/// Density of the rate about the vertical of what goes straight on, rad/s √s.
+/// Noise density of the rate about the vertical in straight motion, rad/s √s.
 const RATE_NOISE: f64 = DEGREE;
-/// Largest distance from the given bias, rad/s: three standard deviations of an unknown one.
+/// Largest distance from the stated bias, rad/s: three standard deviations of an unknown bias.
 const MAX_BIAS_RAD_S: f64 = 3.0 * BIAS_SIGMA;
-/// Largest distance of a stretch from the usual rate, rad/s, and the seconds over which that
-/// follows.
+/// Largest distance of a stretch from the usual rate, rad/s, and time constant of the usual rate,
+/// s.
 const MAX_RATE_DIFFERENCE_RAD_S: f64 = 0.7 * DEGREE;
 const RATE_TIME_CONSTANT_S: f64 = 10.0;
-/// A stretch has one vote when it begins, and another in so many seconds; the most votes that count,
-/// how many are a majority, and what one of another rate takes.
+/// A stretch has one vote at its beginning, and another after this time, s. Then: largest number of
+/// votes, number for a majority, and loss by a stretch with another rate.
 const VOTE_INTERVAL_S: f64 = 20.0;
 const MAX_VOTES: f64 = 10.0;
 const MIN_VOTES: f64 = 2.0;
 const OPPOSING_VOTE: f64 = 0.5;
 
-/// Mean rate about the vertical, rad/s, and seconds since which it holds; the usual one of such
+/// Mean rate about the vertical, rad/s, and time for which it is constant, s; usual rate of such
 /// stretches, and its votes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Straight {
@@ -39,8 +39,8 @@ pub struct Straight {
 }
 
 impl Straight {
-    /// Takes the rate about the vertical of a tick, the bias given before, and the largest that can
-    /// be one; returns the variance of "it is the bias".
+    /// Processes a tick's rate about the vertical, the stated bias, and the largest possible bias.
+    /// Returns the variance of "it is the bias".
     pub fn observe(&mut self, rate: f64, given: f64, most: f64, span: f64) -> Option<f64> {
         let apart = (rate - self.mean).abs();
         self.mean += (rate - self.mean) * (span / MIN_STEADY_S).min(1.0);
@@ -54,7 +54,7 @@ impl Straight {
         (self.agrees(vote, span) && self.votes >= MIN_VOTES).then(|| square(RATE_NOISE) / span)
     }
 
-    /// True if the present rate is that of most stretches.
+    /// True if the present rate is the rate of most stretches.
     fn agrees(&mut self, vote: f64, span: f64) -> bool {
         let apart = self.mean - self.usual;
         if apart.abs() <= MAX_RATE_DIFFERENCE_RAD_S {
@@ -69,7 +69,7 @@ impl Straight {
         false
     }
 
-    /// Nothing is known of a while.
+    /// Notes a gap without samples.
     pub fn interrupt(&mut self) {
         self.since = 0.0;
     }
@@ -90,7 +90,7 @@ fn lasts(seconds: f64) -> bool {
 mod tests {
     use super::{DEGREE, Straight};
 
-    /// True if the last of so many seconds at each of these rates, deg/s, says the bias.
+    /// True if the last of these rates, deg/s, each for `seconds` seconds, is accepted as bias.
     fn finds_bias(rates: &[f64], seconds: usize) -> bool {
         let mut straight = Straight::default();
         let mut last = None;

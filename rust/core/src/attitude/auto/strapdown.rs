@@ -1,4 +1,4 @@
-//! Integration of the rate, sample by sample, and what a tick needs to know of its samples.
+//! Integration of the rate, sample by sample, and sums over a tick's samples.
 
 use nalgebra::{Matrix3, Quaternion, SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,38 +9,38 @@ use crate::attitude::sample::{Inertial, MAX_FIELD, MAX_FORCE, MAX_RATE};
 use crate::math::rotation::exponential;
 use crate::math::validity::{are_within, is_size};
 
-/// Square of the angle of a step, rad², up to which its sine and cosine are series.
+/// Largest squared angle of a step, rad², for which sine and cosine are series.
 const MAX_SERIES_ANGLE_SQUARED: f64 = 0.25;
-/// A step, rad, so large that it is looked whether a sensor can have felt it; by what share of itself it
-/// has then changed from the one before, and by which acceleration, rad/s²; and how near the next one is
-/// to that before, as a share of it, if it was none.
+/// Limits for a garbage sample. A step above this angle, rad, is tested: its change from the
+/// previous step as a share, its acceleration, rad/s², and the distance of the next step from the
+/// previous one as a share.
 const LARGE_STEP_RAD: f64 = 0.05;
 const MIN_CHANGE_SHARE: f64 = 0.75;
 const MIN_ACCELERATION_RAD_S2: f64 = 500.0;
 const MAX_RETURN_SHARE: f64 = 0.25;
-/// Looks a tick at how the rotation couples errors of the gyro into the orientation.
+/// Number of times per tick at which the coupling of gyro errors into the orientation is computed.
 const LOOKS_PER_TICK: f64 = 4.0;
-/// Largest count: samples may take no time.
+/// Largest count: samples may have no duration.
 const MAX_COUNT: f64 = 9_007_199_254_740_992.0;
 
-/// The orientation in a frame whose z axis is up and whose heading nothing but the gyro turns.
+/// Orientation in a frame with a vertical z axis; only the gyro turns its heading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Strapdown {
     pub orientation: Quaternion<f64>,
-    /// Of the orientation.
+    /// Rotation matrix of the orientation.
     pub rotation: Matrix3<f64>,
-    /// A twelfth of the step before: what coning adds is its cross product with the next.
+    /// A twelfth of the previous step: coning adds its cross product with the next step.
     before: Vector3<f64>,
-    /// A step that the next one may show to be none.
+    /// A step that may be found to be false at the next step.
     doubted: Option<Doubted>,
-    /// Square of the size from which on a step is looked at: any, after a doubted one.
+    /// Squared size from which a step is tested; any size after a doubted step.
     alert: f64,
 }
 
-/// A step that no sensor's own filter passes, if it stands alone: a garbage sample.
+/// A single step that no sensor's own filter passes: a garbage sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Doubted {
-    /// The step before it, what it turned by, and the rate that was given.
+    /// The previous step, the rotation of this step, and its raw rate.
     before: Vector3<f64>,
     angle: Vector3<f64>,
     gyro: Vector3<f64>,
@@ -60,27 +60,27 @@ impl Default for Strapdown {
 }
 
 impl Strapdown {
-    /// The rotation of a step about the sensor's axes, with coning.
+    /// Rotation of a step in the sensor's axes, with coning.
     #[inline(always)]
     pub fn angle(&self, step: &Vector3<f64>) -> Vector3<f64> {
         step + self.before.cross(step)
     }
 
-    /// Turns by a step and its angle.
+    /// Rotates by a step and its angle.
     #[inline(always)]
     pub fn turn(&mut self, step: &Vector3<f64>, angle: &Vector3<f64>) {
         self.before = step * (1.0 / 12.0);
         self.set(product(&self.orientation, &small_rotation(angle)));
     }
 
-    /// True if it has to be doubted that there was a step by such an angle, or the one before.
+    /// True if a step with this angle, or the previous step, must be tested.
     #[inline(always)]
     pub fn doubts(&self, angle: &Vector3<f64>) -> bool {
         angle.norm_squared() > self.alert
     }
 
-    /// Examines a step after the next one: a pulse of a single sample is no step. Returns the rate
-    /// in whose place that of this step, `gyro`, is to count.
+    /// Tests a step after the next one: a pulse of a single sample is no step. Returns the false
+    /// rate that `gyro` replaces.
     #[cold]
     #[inline(never)]
     pub fn doubt(
@@ -121,20 +121,20 @@ impl Strapdown {
         self.orientation = product(&self.orientation, &small_rotation(angle));
     }
 
-    /// Turns by a rotation vector in the axes of the frame; to be settled.
+    /// Rotates by a rotation vector in the frame's axes; the result must be settled.
     #[inline(always)]
     pub fn correct(&mut self, angle: &Vector3<f64>) {
         self.orientation = small_rotation(angle) * self.orientation;
     }
 
-    /// Takes an orientation over, without memory of steps.
+    /// Sets an orientation, without earlier steps.
     pub fn restart(&mut self, orientation: Quaternion<f64>) {
         (self.before, self.doubted, self.alert) =
             (Vector3::zeros(), None, LARGE_STEP_RAD * LARGE_STEP_RAD);
         self.set(orientation);
     }
 
-    /// Rounding does not lead it away from a rotation.
+    /// Normalises the quaternion, and keeps it a rotation in spite of rounding.
     #[inline]
     pub fn settle(&mut self) {
         let near_one = 1.5 - 0.5 * self.orientation.norm_squared();
@@ -168,7 +168,7 @@ impl Doubted {
 }
 
 impl Sums {
-    /// No sum is larger than its samples can make it.
+    /// True if every sum is possible for its samples.
     pub fn is_valid(&self) -> bool {
         let (rates, forces) = (2.0 * MAX_RATE * self.samples, 2.0 * MAX_FORCE * self.forces);
         let sizes = [
@@ -194,15 +194,16 @@ impl Sums {
     }
 }
 
-/// The rotation by a rotation vector: cosine and sine by their series, to the sixth order, where a
-/// sensor of a body can be in one sample.
+/// Rotation by a rotation vector. For angles that a sensor can have in one sample, cosine and sine
+/// are series to the sixth order.
 #[inline(always)]
 pub fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
     let square = angle.norm_squared();
     if square > MAX_SERIES_ANGLE_SQUARED {
         return exponential(angle).into_inner();
     }
-    // Both halves of each series at once: a sample is as long as its chain of operations.
+    // The two halves of each series run in parallel: the chain of operations limits a sample's
+    // time.
     let fourth = square * square;
     let scalar = (1.0 - square * (1.0 / 8.0)) + fourth * (1.0 / 384.0 - square * (1.0 / 46_080.0));
     let sine =
@@ -210,7 +211,7 @@ pub fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
     Quaternion::from_parts(scalar, angle * sine)
 }
 
-/// The rotation `p` after `q`, in sums of pairs.
+/// The rotation `p` after `q`, summed in pairs.
 #[inline(always)]
 fn product(p: &Quaternion<f64>, q: &Quaternion<f64>) -> Quaternion<f64> {
     Quaternion::new(
@@ -221,7 +222,7 @@ fn product(p: &Quaternion<f64>, q: &Quaternion<f64>) -> Quaternion<f64> {
     )
 }
 
-/// The matrix of a rotation.
+/// Rotation matrix of a quaternion.
 #[inline(always)]
 fn matrix(q: &Quaternion<f64>) -> Matrix3<f64> {
     let (w, x, y, z) = (q.w, q.i + q.i, q.j + q.j, q.k + q.k);
@@ -244,10 +245,10 @@ fn matrix(q: &Quaternion<f64>) -> Matrix3<f64> {
 /// Sums over the samples of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
-    /// Seconds, and how many of them without a known rate.
+    /// Duration, s, and duration without a known rate, s.
     pub elapsed: f64,
     pub unknown: f64,
-    /// Samples, and those with a force and a field.
+    /// Numbers of samples, and of samples with a force and with a field.
     pub samples: f64,
     pub forces: f64,
     pub fields: f64,
@@ -256,18 +257,18 @@ pub struct Sums {
     pub gyro_squared: f64,
     pub accel: Vector3<f64>,
     pub accel_squared: f64,
-    /// Force and field in the axes of the frame.
+    /// Force and field in the frame's axes.
     pub force: Vector3<f64>,
     pub field: Vector3<f64>,
     looks: f64,
     next_look: f64,
     rotation: Matrix3<f64>,
-    /// Of element k: the rotation times component k of the rate without bias.
+    /// Sum k: the rotation times component k of the rate without bias.
     products: [Matrix3<f64>; 3],
 }
 
 impl Sums {
-    /// Of no sample, in a tick of so many seconds.
+    /// Empty sums for a tick of this duration, s.
     pub fn new(tick: f64) -> Self {
         let (zero, none) = (Vector3::zeros(), Matrix3::zeros());
         Self {
@@ -289,8 +290,8 @@ impl Sums {
         }
     }
 
-    /// Adds a sample with its field, if that counts; `rate` is without bias, `rotation` the one
-    /// after it.
+    /// Adds a sample, with its field if it is used. `rate` is without bias, `rotation` is the
+    /// rotation after it.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -320,7 +321,7 @@ impl Sums {
         }
     }
 
-    /// A rate that was added was none: this one counts in its place.
+    /// Replaces a false rate in the sums by this rate.
     #[cold]
     #[inline(never)]
     pub fn replace(&mut self, wrong: &Vector3<f64>, gyro: &Vector3<f64>) {
@@ -341,7 +342,7 @@ impl Sums {
         }
     }
 
-    /// Derivative of the rotation in the tick about axis `i` of the frame by the errors of bias and
+    /// Derivative of the tick's rotation about axis `i` of the frame by the errors of bias and
     /// matrix.
     #[inline(always)]
     pub fn drivers(&self, i: usize) -> Drivers {
@@ -357,8 +358,8 @@ impl Sums {
         self.rotation * (1.0 / self.looks.max(1.0))
     }
 
-    /// Means of the rate and of the force in the sensor's axes, and the mean squared distances of
-    /// the samples from places given; zero of the force if there is none.
+    /// Means of rate and force in the sensor's axes, and mean squared distances of the samples from
+    /// the stated points; zero for missing forces.
     pub fn spread(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>) -> (f64, f64) {
         let about = |count: f64, sum: &Vector3<f64>, squared: f64, point: &Vector3<f64>| match count
         {

@@ -1,15 +1,15 @@
-//! Trust in velocity and gyro, learned from the corrections themselves.
+//! Weights of velocity and gyro, learned from the corrections.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Velocity that a body is expected to have, m/s √s.
+/// Expected velocity of a body, m/s √s.
 const SPEED_NOISE: f64 = 0.25;
-/// Seconds over which its accelerations are averaged, and their mean at the start, (m/s)².
+/// Time constant of the mean acceleration, s, and its initial value, (m/s)².
 const ACCELERATION_TIME_CONSTANT_S: f64 = 5.0;
 const INITIAL_MEAN_SQUARED: f64 = 0.25;
 
-/// Half the mean square of the velocity found: how much the body's own accelerations make.
+/// Half the mean square of the estimated velocity, caused by the body's own accelerations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Accelerations {
     square: f64,
@@ -22,7 +22,7 @@ impl Default for Accelerations {
 }
 
 impl Accelerations {
-    /// Takes the velocity found in a tick; returns the variance of "it is zero" over a second.
+    /// Processes the velocity of a tick; returns the variance of "it is zero" over a second.
     pub fn observe(&mut self, velocity: &[f64; 2], lasting: &Lasting, span: f64) -> f64 {
         let square = 0.5 * (velocity[0] * velocity[0] + velocity[1] * velocity[1]);
         self.square += (span / ACCELERATION_TIME_CONSTANT_S).min(1.0) * (square - self.square);
@@ -33,21 +33,22 @@ impl Accelerations {
         SPEED_NOISE * SPEED_NOISE + self.square.max(lasting.turning())
     }
 
-    /// By how much the variance of the tilt is really larger than the filter's own.
+    /// Ratio of the tilt's real variance to the filter's variance.
     ///
-    /// That allows for errors of accelerometer and mounting that turn with the body, and takes all
-    /// of the velocity for white noise over a second, of which an oscillation leaves little in seconds:
-    /// too much of both, by a share found in simulation. A velocity that lasts is as much too little,
-    /// in its power at slow frequencies against the noise assumed.
+    /// The filter allows for errors of accelerometer and mounting that turn with the body. It
+    /// treats the whole velocity as white noise over a second; an oscillation leaves little of it
+    /// after seconds. The two assumptions overestimate the variance, by a share found in
+    /// simulation. A lasting velocity is underestimated, by the ratio of its power at low
+    /// frequencies to the assumed noise.
     pub fn doubt(&self, lasting: &Lasting) -> f64 {
-        // After a recovery the one is of before it: a velocity that lasts is no more than all of it.
+        // After a recovery the noise is older: a lasting velocity is at most all of it.
         let slow = (lasting.squares[0] / self.noise(lasting)).min(1.0);
         let usual = TILT_VARIANCE_SHARE
             + (1.0 - TILT_VARIANCE_SHARE) * lasting.first / INITIAL_SPEED_SQUARED;
         usual + 2.0 * VELOCITY_TIME_CONSTANT_S * (slow - OSCILLATION_POWER_SHARE).max(0.0)
     }
 
-    /// Forgets: the error found was that of a tilt.
+    /// Forgets the velocity: its cause was a wrong tilt.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -57,25 +58,24 @@ impl Accelerations {
     }
 }
 
-/// Seconds of the means that leave oscillations and keep what goes on, and those for which a
-/// velocity lasts.
+/// Time of the means that remove oscillations, s, and time for which a velocity lasts, s.
 const SLOW_MEAN_S: f64 = 1.5;
 const VELOCITY_TIME_CONSTANT_S: f64 = 6.0;
-/// Square of the velocity that a body may have from the start, (m/s)².
+/// Squared initial velocity of a body, (m/s)².
 const INITIAL_SPEED_SQUARED: f64 = 1.0;
-/// Share of the filter's variance of the tilt that is left once it goes, and of the power of what
-/// oscillates that the slow means keep.
+/// Share of the filter's tilt variance that remains after a lasting velocity, and share of an
+/// oscillation's power that the slow means keep.
 const TILT_VARIANCE_SHARE: f64 = 0.3;
 const OSCILLATION_POWER_SHARE: f64 = 0.1;
 
-/// Velocity of a body that is under way: it is not zero in the mean of seconds. It lasts over the
-/// ground, or turns with the body, as on a circle.
+/// Velocity of a moving body, which is not zero over seconds. It is constant over ground, or turns
+/// with the body, as on a circle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lasting {
     /// Means in the axes of the frame and of the sensor, m/s.
     ground: [f64; 2],
     body: Vector3<f64>,
-    /// Half their mean squares, and what is left of the start's, (m/s)².
+    /// Half their mean squares, and remaining initial value, (m/s)².
     squares: [f64; 2],
     first: f64,
 }
@@ -88,12 +88,12 @@ impl Default for Lasting {
 }
 
 impl Lasting {
-    /// Of a body that rested.
+    /// Velocity of a body that rested.
     pub fn of_rest() -> Self {
         Self { first: 0.0, ..Self::default() }
     }
 
-    /// Takes the velocity found in a tick, and the rotation from the sensor to its frame.
+    /// Processes the velocity of a tick, and the rotation from the sensor to its frame.
     #[inline(always)]
     pub fn observe(&mut self, velocity: &[f64; 2], rotation: &Matrix3<f64>, span: f64) {
         let weight = (span / SLOW_MEAN_S).min(1.0);
@@ -110,12 +110,12 @@ impl Lasting {
         self.first -= weight * self.first;
     }
 
-    /// Variance of its change in a second, (m/s)²/s.
+    /// Variance of its change per second, (m/s)²/s.
     pub fn walk(&self) -> f64 {
         2.0 / VELOCITY_TIME_CONSTANT_S * (self.squares[0] + self.first)
     }
 
-    /// Variance over a second of that which turns with the body, as if it were noise.
+    /// Variance over a second of the part that turns with the body, as if it were noise.
     fn turning(&self) -> f64 {
         2.0 * VELOCITY_TIME_CONSTANT_S * (self.squares[1] - self.squares[0]).max(0.0)
     }
@@ -130,18 +130,18 @@ impl Lasting {
 /// Smallest error of a gyro in a rotation, √s, and the factor by which it may grow.
 const MIN_SCALE_NOISE: f64 = 0.0015;
 const MAX_SCALE_NOISE_RATIO: f64 = 150.0;
-/// Seconds over which corrections are added up, and within which the noise follows.
+/// Time over which corrections are summed, s, and time constant of the noise, s.
 const CORRECTION_SUM_S: f64 = 2.0;
 const NOISE_TIME_CONSTANT_S: f64 = 3.0;
-/// Share of what is expected that the sum's square has if the noise is right, and the largest.
+/// Expected ratio of the squared sum with a correct noise, and the largest ratio.
 const EXPECTED_RATIO: f64 = 0.3;
 const MAX_RATIO: f64 = 6.0;
-/// Square of the rate from which on a lost sample is a turn lost, (rad/s)².
+/// Squared rate above which a lost sample is a lost rotation, (rad/s)².
 const MIN_TURN_RATE_SQUARED: f64 = 1.5 * 1.5;
 const TINY: f64 = 1e-12;
 
-/// Noise of the gyro's scale, raised while the corrections of the tilt keep pointing one way, as
-/// they do where samples were lost: accelerations of the body cancel in their sum.
+/// Noise of the gyro's scale. It is raised while the tilt's corrections keep one direction, as
+/// after lost samples; accelerations of the body cancel in their sum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScaleNoise {
     square: f64,
@@ -156,14 +156,14 @@ impl Default for ScaleNoise {
 }
 
 impl ScaleNoise {
-    /// Its square, s.
+    /// Square of the noise, s.
     pub fn variance(&self) -> f64 {
         self.square
     }
 
-    /// Takes the correction of the tilt in a tick, the variance that it was expected to have, and
-    /// the mean square of the rate: a body that hardly turns loses nothing with a sample. Returns
-    /// the square of the sum in times of what was expected.
+    /// Processes the tilt's correction in a tick, its expected variance, and the mean square of the
+    /// rate: a body that hardly turns loses no rotation with a sample. Returns the ratio of the
+    /// squared sum to its expectation.
     pub fn observe(
         &mut self,
         correction: &[f64; 2],

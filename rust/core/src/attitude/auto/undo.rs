@@ -1,5 +1,5 @@
-//! Bias from a rest, and the corrections it undoes: a bias that jumped, or that no rest ever
-//! showed.
+//! Bias from a rest, and the corrections that it reverses: after a jump of the bias, or if no rest
+//! has shown the bias before.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
@@ -13,13 +13,13 @@ use super::{
 };
 use crate::attitude::events::Events;
 
-/// Deviations after a rest that proves others wrong: of the bias at the least, rad/s, and of the
-/// tilt, rad.
+/// Standard deviations after a rest that refutes others: smallest value of the bias, rad/s, and of
+/// the tilt, rad.
 const REFUTED_BIAS_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
 const REFUTED_TILT_SIGMA_RAD: f64 = 0.2;
 
 impl Auto {
-    /// Processes a rest, if the body rests, and undoes wrong corrections.
+    /// Processes a rest, if the body rests, and reverses wrong corrections.
     #[inline(always)]
     pub(super) fn rest(&mut self, sums: &Sums, news: bool) -> Option<(Vector3<f64>, f64)> {
         let field = news.then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
@@ -38,7 +38,7 @@ impl Auto {
         match state {
             State::Motion => None,
             State::Unclear(up) => {
-                // The sigma of the heading says so.
+                // This is part of the heading's standard deviation.
                 let more = square(limit) - self.errors.bias_along(&up);
                 self.errors.widen_bias_along(&up, more);
                 None
@@ -64,7 +64,7 @@ impl Auto {
         }
     }
 
-    /// A rest far from the bias: nothing that was learned of the gyro holds.
+    /// Processes a rest far from the bias: everything learned of the gyro is wrong.
     #[cold]
     fn restart_gyro(&mut self, level: Vector3<f64>) {
         let heading = self.errors.heading().max(if self.options.mag {
@@ -75,7 +75,7 @@ impl Auto {
         self.forget_gyro(level, [MAX_FOLLOWED_BIAS_RAD_S; 3], heading);
     }
 
-    /// A rest that was none has said what the bias is. What the false one did to the heading is known.
+    /// Processes a false rest that has set the bias. Its effect on the heading is known.
     #[cold]
     fn undo(&mut self, level: &Vector3<f64>, noise: [f64; 3]) -> Option<(Vector3<f64>, f64)> {
         self.turn_heading(self.by_bias.dot(&(level - self.bias)));

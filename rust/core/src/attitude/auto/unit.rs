@@ -1,5 +1,5 @@
-//! A gyro in degrees a second that is given in radians, or the other way round: gravity and the magnetic
-//! field turn in the sensor by 57 times less than it says, or more.
+//! Detection of a wrong gyro unit: degrees per second stated as radians, or the reverse. Gravity
+//! and the magnetic field then turn in the sensor 57 times slower or faster than the gyro.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -9,41 +9,44 @@ use crate::attitude::GRAVITY;
 use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
 use crate::math::validity::{are_within, is_size};
 
-/// Seconds over which turns are compared.
+/// Time over which rotations are compared, s.
 const COMPARISON_S: f64 = 10.0;
-/// Times by which a unit may seem larger or smaller than one that is wrong.
+/// Largest factor by which a unit may differ from a wrong unit.
 const WRONG_UNIT_TOLERANCE: f64 = 2.0;
-/// Square of the least correlation of what gravity does with what the gyro says, and the least sum of the
-/// squares of its changes, (m/s²)².
+/// Smallest squared correlation of gravity's rotation with the gyro, and smallest sum of its
+/// squared changes, (m/s²)².
 const MIN_CORRELATION_SQUARED: f64 = 0.36;
 const MIN_CHANGE_SQUARED: f64 = 20.0;
-/// The same of the field, whose size is that of gravity: nothing but rotation and iron changes it.
+/// Smallest squared correlation of the field, scaled to the size of gravity: only rotation and iron
+/// change it.
 const MIN_FIELD_CORRELATION_SQUARED: f64 = 0.25;
 const MIN_FIELD_CHANGE_SQUARED: f64 = 0.5;
-/// Share of the field's mean square by which its direction varies at the least where rates are too small,
-/// and the least sum, (m/s²)², of what rates that are too large say.
+/// Smallest variation of the field's direction, as a share of its mean square, if rates are too
+/// small; and smallest sum of the changes predicted by rates that are too large, (m/s²)².
 const MIN_FIELD_SPREAD: f64 = 0.02;
 const MIN_SAID_SQUARED: f64 = 100.0;
-/// Least mean square of rates too large, (rad/s)².
+/// Smallest mean square of rates that are too large, (rad/s)².
 const MIN_FAST_RATE_SQUARED: f64 = 100.0;
-/// Square of the largest share of the force that points one way, where rates are too small: what only
-/// speeds up turns gravity by less.
+/// Largest squared share of the force in one direction, if rates are too small: acceleration alone
+/// turns gravity less.
 const MAX_ONE_WAY_SHARE_SQUARED: f64 = 0.64;
-/// Times by which the changes that rates about their mean say are larger, as squares, than those seen, of
-/// rates too large: a body that circles steadily keeps its force, and turns as steadily. It feels more
-/// than gravity, by this square of a ratio, unless it turns by less than this, (rad/s)².
+/// Smallest ratio of predicted to observed squared changes, for rates that are too large, about
+/// their mean. A body that circles steadily has a constant force and rate. Its force exceeds
+/// gravity by this squared ratio, unless it turns slower than this, (rad/s)².
 const MIN_EXCESS_SQUARED: f64 = 20.0;
 const MAX_FORCE_RATIO_SQUARED: f64 = 1.08;
 const MIN_SPIN_RATE_SQUARED: f64 = 400.0;
-/// Times by which a right unit may seem another one, and the sum of squares, (m/s²)², that proves it: then
-/// nobody looks again.
+/// Largest factor by which a right unit may differ, and sum of squares, (m/s²)², that proves it: no
+/// further test is made.
 const RIGHT_UNIT_TOLERANCE: f64 = 2.0;
 const PROOF_CHANGE_SQUARED: f64 = 100.0;
 
-/// Changes of a vector from tick to tick, and those that the gyro says: faded sums of products.
+/// Changes of a vector between ticks, and the changes predicted by the gyro: faded sums of
+/// products.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Turns {
-    /// Seen with itself, said with itself, both.
+    /// Sums of products: observed with observed, predicted with predicted, and observed with
+    /// predicted.
     seen: f64,
     said: f64,
     both: f64,
@@ -61,7 +64,7 @@ impl Turns {
         self.both > 0.0 && square(self.both) > correlation_squared * self.seen * self.said
     }
 
-    /// True if what is seen is so many times what is said.
+    /// True if the observed changes are this multiple of the predicted changes.
     fn is(&self, times: f64, tolerance: f64) -> bool {
         self.both > self.said * (times / tolerance) && self.both < self.said * (times * tolerance)
     }
@@ -81,15 +84,15 @@ impl Turns {
 /// Rotation of gravity and field in the sensor, compared with the gyro's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UnitWatch {
-    /// Rate, force and field of the tick before; no force and no field before the first.
+    /// Rate, force and field of the previous tick; no force and no field before the first.
     rate: Vector3<f64>,
     force: Vector3<f64>,
     field: Vector3<f64>,
     of_force: Turns,
     of_field: Turns,
-    /// Sum of squares of rates about their mean.
+    /// Sum of squares of the rates about their mean.
     varied: f64,
-    /// Means of rate, force and field, of the rate's square and the force's, and their weight.
+    /// Means of rate, force and field, of the squares of rate and force, and their weight.
     mean_rate: Vector3<f64>,
     mean: Vector3<f64>,
     mean_field: Vector3<f64>,
@@ -121,12 +124,13 @@ impl Default for UnitWatch {
 }
 
 impl UnitWatch {
-    /// Nothing is known of a while.
+    /// Notes a gap without samples.
     pub fn interrupt(&mut self) {
         (self.force, self.field) = (Vector3::zeros(), Vector3::zeros());
     }
 
-    /// Takes the mean rate and force of a tick, and the direction of its field if there is a new one.
+    /// Processes the mean rate and force of a tick, and the direction of its field if it has
+    /// changed.
     pub fn observe(
         &mut self,
         rate: &Vector3<f64>,
@@ -157,17 +161,17 @@ impl UnitWatch {
             self.of_field.observe(&(field - last_field), &said, kept);
             self.mean_field += (field - self.mean_field) * share;
         }
-        // A field proves nothing: its mean over a tick is taken in a frame that turns as the gyro says.
+        // A field proves nothing: its mean over a tick is taken in a frame that the gyro turns.
         self.right = self.of_force.prove();
     }
 
-    /// True if the unit of the gyro was seen to be the one said.
+    /// True if the unit of the gyro has been confirmed.
     #[inline(always)]
     pub fn is_right(&self) -> bool {
         self.right
     }
 
-    /// True if the unit of the gyro is not the one said.
+    /// True if the unit of the gyro is wrong.
     pub fn is_wrong(&self) -> bool {
         self.is_wrong_by_force() || self.is_wrong_by_field() || self.is_too_large()
     }
@@ -194,7 +198,7 @@ impl UnitWatch {
                 && self.mean_field.norm_squared() < one_way
     }
 
-    /// True if the force stays although rates change by more than any body's that it stays for.
+    /// True if the force is constant although rates change more than any body allows.
     fn is_too_large(&self) -> bool {
         let most = square(GRAVITY) * MAX_FORCE_RATIO_SQUARED * self.weight;
         self.varied > MIN_SAID_SQUARED.max(MIN_EXCESS_SQUARED * self.of_force.seen)

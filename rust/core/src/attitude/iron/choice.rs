@@ -1,5 +1,5 @@
-//! Choice of the hard iron to subtract: that of the present span, one remembered, or none; or the
-//! field is withheld.
+//! Choice of the hard iron to subtract: the present span's, a remembered one, or none. The field
+//! may also be withheld.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,11 +8,12 @@ use super::learner::{Learner, Present, Start};
 use super::sums::{apart, known_part, root};
 use crate::math::validity::{are_within, is_size};
 
-/// Seconds of a span that tells its hard iron, and how many directions have to be known.
+/// Time, s, after which a span determines its hard iron, and number of directions that must be
+/// known.
 const MIN_SPAN_S: f64 = 5.0;
 const MIN_DIRECTIONS: usize = 2;
-/// Share of the scatter that a hard iron may leave: one that is found first, one in use, and by its
-/// size those that are so many deviations from none. A room does a tenth of the field, no room a
+/// Largest share of the scatter that remains with a hard iron: at its first use, while in use, and
+/// by its size in standard deviations from zero. A room leaves a tenth of the field, no room a
 /// quarter.
 const MAX_FIRST_SCATTER: f64 = 0.40;
 const MAX_USED_SCATTER: f64 = 0.60;
@@ -21,30 +22,30 @@ const MAX_LARGE_SCATTER: f64 = 0.7;
 const MIN_LARGE_DISTANCE: f64 = 25.0;
 /// Largest squared distance of two estimates of the same hard iron.
 const MAX_SAME_DISTANCE: f64 = 16.0;
-/// Of scatters: how much better another one has to be than the one in use.
+/// Smallest ratio of scatters at which another hard iron replaces the present hard iron.
 const MIN_SCATTER_RATIO: f64 = 1.1;
-/// Largest distance of the field from the last known one, for an undecided span.
+/// Largest distance of the field from the last known field, for an undecided span.
 const MAX_FIELD_CHANGE: f64 = 0.15;
-/// A field that is weaker stands still in the sensor: there is none.
+/// Weakest field; a weaker constant vector in the sensor is no field.
 const NONE: f64 = 0.1;
-/// Seconds for which the field is withheld at most.
+/// Longest time for which the field is withheld, s.
 const MAX_WITHHELD_S: f64 = 60.0;
-/// Hard irons that are remembered.
+/// Number of remembered hard irons.
 const REMEMBERED_IRONS: usize = 5;
-/// Largest number of a hard iron.
+/// Largest element of a hard iron.
 const MAX_IRON: f64 = 1e6;
 
 /// Use of the magnetometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Taken {
-    /// Nothing is known: samples are used unchanged.
+    /// No hard iron is known: samples are used unchanged.
     #[default]
     Raw,
     /// The hard iron is known from the present motion and subtracted.
     Known,
-    /// A remembered hard iron, or none, is subtracted, because it continues the field.
+    /// A remembered hard iron or none is subtracted, whichever continues the field.
     Kept,
-    /// No hard iron explains the field, which is not used.
+    /// No hard iron explains the field, and the field is not used.
     Withheld,
 }
 
@@ -66,14 +67,14 @@ impl Iron {
     }
 }
 
-/// The choice, and what it stands on.
+/// The choice and its data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     pub taken: Taken,
     pub iron: Iron,
     remembered: [Option<Iron>; REMEMBERED_IRONS],
     next: usize,
-    /// The last field known, in the frame of the gyro.
+    /// Last known field, in the frame of the gyro.
     field: Option<Vector3<f64>>,
     withheld: f64,
 }
@@ -92,12 +93,12 @@ impl Default for Choice {
 }
 
 impl Choice {
-    /// The frame of the gyro is another from now on.
+    /// Notes that the frame of the gyro has changed.
     pub fn interrupt(&mut self) {
         self.field = None;
     }
 
-    /// Takes the verdict on a second.
+    /// Decides by the verdict on a second.
     pub fn decide(&mut self, learner: &Learner, present: Present, seconds: f64) {
         let start = match present {
             Present::Nothing => return,
@@ -127,7 +128,7 @@ impl Choice {
         self.field = Some(start.sums.field(&value));
     }
 
-    /// True if a hard iron leaves so little of the scatter that it is none of a room.
+    /// True if the scatter with a hard iron is small enough for a magnetic field in a room.
     fn pays(&self, start: &Start, iron: &Iron) -> bool {
         let raw = root(start.sums.variance(&Vector3::zeros()));
         let left = root(start.sums.variance(&iron.value));
@@ -160,7 +161,8 @@ impl Choice {
         self.remembered.iter().any(Option::is_some)
     }
 
-    /// None, and those remembered, with what they cost; the one in use first.
+    /// The cheapest of none and the remembered hard irons, with its cost; the one in use comes
+    /// first.
     fn cheapest(&self, cost: impl Fn(&Vector3<f64>) -> f64, stays: f64) -> (Iron, f64) {
         let (mut found, mut least) = (self.iron, cost(&self.iron.value) / stays);
         for one in self.remembered.iter().flatten().chain([&Iron::NONE]) {
@@ -172,7 +174,7 @@ impl Choice {
         (found, least)
     }
 
-    /// A span that tells its hard iron has one that does not pay.
+    /// Handles a span that determines its hard iron, if the scatter remains too large.
     fn least(&mut self, start: &Start) {
         if !self.is_learned() {
             self.taken = Taken::Raw;
@@ -183,7 +185,7 @@ impl Choice {
         self.field = Some(start.sums.field(&found.value));
     }
 
-    /// A span that does not tell: what keeps the field.
+    /// Handles an undecided span: uses the hard iron that continues the field.
     fn keep(&mut self, start: &Start, seconds: f64) {
         if !self.is_learned() {
             self.taken = Taken::Raw;

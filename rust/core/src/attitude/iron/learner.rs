@@ -1,5 +1,5 @@
 //! Search for the hard iron that explains the field: filters that began at different seconds, and
-//! the path through them that costs least.
+//! the path of least cost through them.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -12,26 +12,26 @@ use crate::calibrate::magnet::{
 };
 use crate::math::validity::{are_within, is_size, is_within};
 
-/// Filters that go on.
+/// Number of filters.
 const FILTERS: usize = 4;
-/// Seconds between two beginnings, and the part of a period that rounding may cost.
+/// Time between two starts, s, and the share of a period that rounding may lose.
 const START_INTERVAL_S: f64 = 1.0;
 const ROUNDING: f64 = 1e-6;
-/// Deviation of the noise by √s that the field walks: as in a room.
+/// Random walk of the field, in standard deviations of the noise per √s: typical of a room.
 const WALK: f64 = 0.5;
-/// Seconds after which a tick counts e times less.
+/// Time after which the weight of a tick has decreased by a factor of e, s.
 const TICK_TIME_CONSTANT_S: f64 = 60.0;
-/// Ticks whose median size is that of the field.
+/// Number of ticks whose median gives the size of the field.
 const INITIAL_TICKS: usize = 10;
-/// No field of so many sizes is one.
+/// Largest ratio of a field to the usual size.
 const MAX_FIELD_RATIO: f64 = 20.0;
-/// Largest cost that is distinguished from others.
+/// Largest cost; larger costs are not distinguished.
 const MAX_COST: f64 = 1e9;
-/// Seconds that are counted.
+/// Longest time that is counted, s.
 const MAX_AGE_S: f64 = 1e9;
 
-/// Noise of a tick: at the start, the least, the ticks that tell it, how much the sensor has to turn in
-/// them, how fast it follows, and which share of them lies above it.
+/// Noise of a tick: initial value, smallest value, number of ticks for an estimate, rotation needed
+/// in them, rate of change, and share of the ticks above it.
 const INITIAL_NOISE: f64 = 0.02 * 0.02;
 const MIN_NOISE: f64 = 0.005 * 0.005;
 const MAX_NOISE: f64 = 1.0;
@@ -40,16 +40,16 @@ const MIN_TURN: f64 = 0.3;
 const NOISE_GAIN: f64 = 0.2;
 const SHARE_ABOVE: f64 = 0.4;
 
-/// One hard iron from one second on.
+/// One hard iron, from one second on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     span: Span<f64>,
     pub sums: Sums,
-    /// Cost of all up to now, less that of the best path with another span to come.
+    /// Cost to date minus the cost of the best path with one more span.
     cost: f64,
     pub age: f64,
-    /// Derivative of the heading by a hard iron of the sensor's axes since then, and the heading
-    /// change by those subtracted meanwhile, rad.
+    /// Derivative of the heading by a hard iron in the sensor's axes since then, and the heading
+    /// change by the hard irons subtracted meanwhile, rad.
     shares: Vector3<f64>,
     taken: f64,
 }
@@ -70,18 +70,18 @@ impl Start {
         self.span.iron().into()
     }
 
-    /// By what a hard iron that was there all along turned the heading, and what was not taken off.
+    /// Heading change by a hard iron that was present all the time and not subtracted.
     pub fn turn_by_iron(&self, iron: &Vector3<f64>) -> f64 {
         self.shares.dot(iron) - self.taken
     }
 
-    /// Takes a tick that its filter has taken at this cost.
+    /// Processes a tick with this cost in its filter.
     fn take(&mut self, tick: &Products, by: Cost<f64>, seconds: f64) {
         let Cost { determinant, misfit } = by;
         let cost = ComplexField::ln(determinant.max(f64::MIN_POSITIVE)) + misfit;
         self.cost = (self.cost + cost).min(MAX_COST);
         self.age = (self.age + seconds).min(MAX_AGE_S);
-        // As its filter does: what is far off counts less.
+        // The same weights as in its filter: outliers count less.
         let weight = if misfit > 9.0 { 18.0 / (misfit + 9.0) } else { 1.0 };
         self.sums.add(tick, weight, (1.0 - seconds / TICK_TIME_CONSTANT_S).max(0.0));
     }
@@ -99,18 +99,18 @@ impl Start {
 /// Verdict of the path of least cost on the present second.
 #[derive(Debug, Clone, Copy)]
 pub enum Present {
-    /// Nothing was seen.
+    /// There was no field.
     Nothing,
     /// No hard iron explains the field.
     Outlier,
-    /// The one of this start does.
+    /// The hard iron of this start explains the field.
     Of(usize),
 }
 
 /// Filters, their costs and the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Learner {
-    /// Size of the field, unit of the samples; zero until it is known.
+    /// Size of the field in the samples' unit; zero before it is known.
     norm: f64,
     sizes: [f64; INITIAL_TICKS],
     ticks: usize,
@@ -118,10 +118,10 @@ pub struct Learner {
     windows: f64,
     window: Sums,
     starts: [Option<Start>; FILTERS],
-    /// Of the path that ends in seconds that nothing explains, and how many these are.
+    /// Cost of the path that ends in unexplained seconds, and the number of these seconds.
     outlier_cost: f64,
     outlier_seconds: f64,
-    /// Seconds since the last tick, and of the present second.
+    /// Time since the last tick, and time of the present second, s.
     since: f64,
     second: f64,
     seen: bool,
@@ -147,7 +147,7 @@ impl Default for Learner {
 }
 
 impl Learner {
-    /// Size of the field, the unit of all; zero until it is known.
+    /// Size of the field, the unit of all values; zero before it is known.
     pub fn norm(&self) -> f64 {
         self.norm
     }
@@ -156,13 +156,13 @@ impl Learner {
         self.starts[index].as_ref()
     }
 
-    /// The frame of the gyro is another from now on.
+    /// Notes that the frame of the gyro has changed.
     pub fn interrupt(&mut self) {
         let Self { norm, sizes, ticks, noise, windows, .. } = *self;
         *self = Self { norm, sizes, ticks, noise, windows, ..Self::default() };
     }
 
-    /// Follows what a field did to the heading while this hard iron was taken off.
+    /// Notes the effect of a field on the heading while this hard iron was subtracted.
     pub fn correct_heading(
         &mut self,
         heading_correction: &HeadingCorrection,
@@ -175,21 +175,21 @@ impl Learner {
         }
     }
 
-    /// The heading was turned by this, rad.
+    /// Notes that the heading was turned by this angle, rad.
     pub fn turn(&mut self, angle: f64) {
         for start in self.starts.iter_mut().flatten() {
             start.taken -= angle;
         }
     }
 
-    /// The heading has forgotten all fields.
+    /// Notes that the heading no longer depends on any field.
     pub fn forget_heading(&mut self) {
         for start in self.starts.iter_mut().flatten() {
             (start.shares, start.taken) = (Vector3::zeros(), 0.0);
         }
     }
 
-    /// Takes a tick of so many seconds; at the end of a second tells what it was.
+    /// Processes a tick of this duration, s; returns a verdict at the end of a second.
     pub fn take(&mut self, tick: Option<Tick>, seconds: f64) -> Option<Present> {
         self.since += seconds;
         if let Some(tick) = tick.and_then(|tick| self.normalise(tick)) {
@@ -203,7 +203,7 @@ impl Learner {
         Some(self.end())
     }
 
-    /// A tick in units of the field's size, once that is known.
+    /// The tick in units of the field's size, once this is known.
     fn normalise(&mut self, tick: Tick) -> Option<Tick> {
         if self.norm == 0.0 {
             self.sizes[self.ticks] = tick.size;
@@ -244,7 +244,7 @@ impl Learner {
         self.outlier_cost += OUTLIER_COST;
     }
 
-    /// Another filter, in the place of the one that costs most.
+    /// Begins another filter in place of the most expensive filter.
     fn begin(&mut self, tick: &Tick) {
         let dearest = |start: &Option<Start>| start.as_ref().map_or(f64::INFINITY, |one| one.cost);
         let mut index = 0;
@@ -256,7 +256,7 @@ impl Learner {
         self.starts[index] = Some(Start::new(tick));
     }
 
-    /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
+    /// Estimates the noise from two seconds of rotation, with the best hard iron.
     fn update_noise(&mut self, tick: &Products) {
         self.window.add(tick, 1.0, 1.0);
         if self.window.weight() < NOISE_TICKS {
@@ -275,7 +275,7 @@ impl Learner {
         self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(MIN_NOISE, MAX_NOISE);
     }
 
-    /// The second's end: paths that cost too much are dropped, and costs are relative to the best.
+    /// Ends a second: drops expensive paths, and makes costs relative to the best path.
     fn end(&mut self) -> Present {
         if !core::mem::take(&mut self.seen) {
             return Present::Nothing;
@@ -300,7 +300,7 @@ impl Learner {
                 }
             }
         }
-        // Seconds that nothing explains go on, or begin after the best path.
+        // A run of unexplained seconds continues, or begins after the best path.
         self.outlier_cost -= found;
         if self.outlier_cost > 0.0 || self.outlier_seconds >= MAX_OUTLIER_S as f64 {
             (self.outlier_cost, self.outlier_seconds) = (0.0, 0.0);

@@ -1,10 +1,10 @@
 //! The filter that learns a magnetometer's hard iron while it runs.
 //!
-//! The gyro says how a field that stands still must turn in the sensor; what does not turn is iron.
-//! As for a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard
-//! iron and field, begun at different seconds, and one path through them. A hard iron is taken off
-//! once it leaves so little of the field's scatter that it is none of a room; until then the answer
-//! is that of the filter alone, to the last bit.
+//! The gyro determines how a constant field must rotate in the sensor; a part that does not rotate
+//! is iron. The method is the method for a record in [`magnet`](crate::calibrate::magnet), but
+//! forward only. Four filters of hard iron and field begin at different seconds, and one path leads
+//! through them. A hard iron is subtracted once the remaining scatter is small enough for a room.
+//! Until then the result is bit-identical to the filter without learning.
 
 mod choice;
 mod learner;
@@ -27,24 +27,25 @@ use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::Error;
 use crate::math::validity::are_within;
 
-/// Change of a hard iron, by the field's size, with which the shape of the field is another one.
+/// Smallest change of a hard iron, as a share of the field's size, that is a new shape of the
+/// field.
 const MIN_SHAPE_CHANGE: f64 = 0.1;
-/// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square
-/// of it, which is not, is two degrees.
+/// Largest heading change by a hard iron that is reversed, rad. Its square, which is not reversed,
+/// is two degrees.
 const MAX_REVERSED_TURN_RAD: f64 = 0.25;
 
-/// Estimate of a magnetometer's hard iron, in the unit of the samples.
+/// Estimate of a magnetometer's hard iron, in the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedIron {
     /// Vector subtracted from each sample; zero for none.
     pub value: Vector3<f64>,
-    /// Its standard deviation, NaN before one is known.
+    /// Standard deviation of `value`, NaN before it is known.
     pub sigma: Vector3<f64>,
-    /// "raw", "known", "kept" or "withheld".
+    /// Use of the magnetometer: "raw", "known", "kept" or "withheld".
     pub state: &'static str,
 }
 
-/// The filter with a magnetometer whose hard iron it learns and subtracts.
+/// The filter with a magnetometer; it learns and subtracts the magnetometer's hard iron.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Learning {
     auto: Auto,
@@ -52,15 +53,15 @@ pub struct Learning {
     gathered: Gathered,
     learner: Learner,
     choice: Choice,
-    /// Subtracted hard iron, unit of the samples.
+    /// Subtracted hard iron, in the samples' unit.
     iron: Option<Vector3<f64>>,
 }
 
 impl Learning {
-    /// A filter that has seen nothing, behind a calibration if there is one.
+    /// A filter before its first sample, with a calibration if there is one.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the calibration's numbers are out of their ranges.
+    /// [`Error::Parameter`] if a number of the calibration is out of range.
     pub fn new(auto: Auto, correction: Option<FieldCorrection>) -> Result<Self, Error> {
         let correction = correction.map(FieldCorrection::validate).transpose()?;
         Ok(Self::with(auto, correction))
@@ -102,7 +103,7 @@ impl Learning {
         self.learner.norm() * self.learner.norm()
     }
 
-    /// The field that the filter sees, of a sample behind the calibration.
+    /// The field for the filter, from a calibrated sample.
     #[inline(always)]
     fn left(&self, field: Vector3<f64>) -> Option<Vector3<f64>> {
         if self.choice.taken == Taken::Withheld {
@@ -119,7 +120,7 @@ impl Learning {
         if let Some(heading_correction) = &ticked.heading_correction {
             self.learner.correct_heading(heading_correction, &self.choice.iron.value);
         }
-        // What is held says nothing of iron.
+        // A constant reading contains no information on iron.
         let tick = self.gathered.end().filter(|_| !ticked.held);
         let before = (self.choice.taken, self.choice.iron.value);
         let Some(present) = self.learner.take(tick, ticked.seconds) else { return };
@@ -130,7 +131,7 @@ impl Learning {
         }
     }
 
-    /// Another hard iron is taken off from now on.
+    /// Subtracts another hard iron from now on.
     fn take_off(&mut self, before: &Vector3<f64>) {
         let value = self.choice.iron.value;
         self.iron = Some(value * self.learner.norm());
@@ -139,7 +140,7 @@ impl Learning {
         }
     }
 
-    /// The heading becomes what it were if this hard iron had been taken off since the span began.
+    /// Corrects the heading as if this hard iron had been subtracted since the span began.
     fn take_back(&mut self, present: Present) {
         let Present::Of(index) = present else { return };
         let Some(start) = self.learner.start(index) else { return };

@@ -1,5 +1,5 @@
-//! Sums over ticks, from which the scatter of the field with any hard iron follows, and how well it is
-//! known.
+//! Sums over ticks. They give the scatter of the field with any hard iron, and the covariance of
+//! the hard iron.
 
 use core::ops::Range;
 
@@ -9,18 +9,18 @@ use serde::{Deserialize, Serialize};
 use super::ticks::Tick;
 use crate::math::validity::{is_size, is_within};
 
-/// Scatter that no field goes below: of places, not of noise.
+/// Smallest scatter of a field: it comes from places, not from noise.
 const MIN_SCATTER: f64 = 0.01;
-/// Seconds that count as one independent observation, and how many a span may have.
+/// Time of one independent observation, s, and largest number of observations in a span.
 const OBSERVATION_S: f64 = 10.0;
 const MAX_OBSERVATIONS: f64 = 4.0;
 const MIN_OBSERVATIONS: f64 = 0.5;
-/// Deviation of a direction of a hard iron that is known.
+/// Standard deviation up to which a direction of a hard iron is known.
 pub const MAX_KNOWN_SIGMA: f64 = 0.10;
-/// No sum is larger.
+/// Largest sum.
 const MAX_SUM: f64 = 1e12;
 
-/// Indices in a row of sums: those of 1, e, its squared size, B, BᵀB and Bᵀe.
+/// Indices in a row of sums: 1, e, its squared size, B, BᵀB and Bᵀe.
 const WEIGHT: usize = 0;
 const FIELD: Range<usize> = 1..4;
 const FIELD_SQUARED: usize = 4;
@@ -29,7 +29,7 @@ const GRAM: Range<usize> = 14..23;
 const CROSS: Range<usize> = 23..COUNT;
 const COUNT: usize = 26;
 
-/// Numbers of a tick that are summed, fields in units of their usual size.
+/// Terms of a tick for the sums; fields are in units of their usual size.
 #[derive(Debug, Clone, Copy)]
 pub struct Products([f64; COUNT]);
 
@@ -51,7 +51,8 @@ impl Products {
 pub struct Sums([f64; COUNT]);
 
 impl Sums {
-    /// Adds a tick of this weight, after all before it have kept so much of theirs.
+    /// Adds a tick with this weight, after the weights of all previous ticks are multiplied by
+    /// `kept`.
     pub fn add(&mut self, tick: &Products, weight: f64, kept: f64) {
         for (sum, number) in self.0.iter_mut().zip(&tick.0) {
             *sum = kept * *sum + weight * number;
@@ -74,7 +75,7 @@ impl Sums {
         1.0 / self.weight().max(1e-9)
     }
 
-    /// Mean of BᵀB without that of the mean of B: what turning says of a hard iron.
+    /// Mean of BᵀB minus the product of the means of B: information on a hard iron from rotation.
     pub fn turning(&self) -> Matrix3<f64> {
         let (part, mean) = (self.part(), self.rotation() * self.part());
         let own = Matrix3::from_column_slice(&self.0[GRAM]);
@@ -82,19 +83,19 @@ impl Sums {
         (spread + spread.transpose()) * 0.5
     }
 
-    /// The same of Bᵀe.
+    /// Mean of Bᵀe minus the product of the means.
     fn seen(&self) -> Vector3<f64> {
         let part = self.part();
         let both = Vector3::from_column_slice(&self.0[CROSS]);
         both * part - self.rotation().tr_mul(&self.turned()) * (part * part)
     }
 
-    /// The mean field without a hard iron.
+    /// Mean field if this hard iron is subtracted.
     pub fn field(&self, iron: &Vector3<f64>) -> Vector3<f64> {
         (self.turned() - self.rotation() * iron) * self.part()
     }
 
-    /// Variance of an axis of the field about its mean without a hard iron.
+    /// Variance per axis of the field about its mean, if this hard iron is subtracted.
     pub fn variance(&self, iron: &Vector3<f64>) -> f64 {
         let part = self.part();
         let raw = self.0[FIELD_SQUARED] * part - (self.turned() * part).norm_squared();
@@ -108,7 +109,7 @@ impl Sums {
         Some(turning.try_inverse()? * self.seen())
     }
 
-    /// Covariance of a hard iron that was seen for so many seconds.
+    /// Covariance of a hard iron from an observation of this duration, s.
     pub fn covariance(&self, iron: &Vector3<f64>, seconds: f64) -> Matrix3<f64> {
         let limit = self.variance(iron).max(MIN_SCATTER * MIN_SCATTER);
         let observations = (seconds / OBSERVATION_S).clamp(MIN_OBSERVATIONS, MAX_OBSERVATIONS);
@@ -123,8 +124,8 @@ impl Sums {
     }
 }
 
-/// The number of known directions of a hard iron with this covariance, and the iron with zeros
-/// along the others.
+/// Number of known directions of a hard iron with this covariance, and the hard iron with zeros
+/// along the other directions.
 pub fn known_part(iron: &Vector3<f64>, covariance: &Matrix3<f64>) -> (usize, Vector3<f64>) {
     let Some(found) = covariance.try_symmetric_eigen(1e-12, 100) else {
         return (0, Vector3::zeros());
@@ -139,7 +140,7 @@ pub fn known_part(iron: &Vector3<f64>, covariance: &Matrix3<f64>) -> (usize, Vec
     (count, value)
 }
 
-/// Square of how many deviations two hard irons are apart.
+/// Squared distance of two hard irons, in standard deviations.
 pub fn apart(difference: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
     match covariance.try_inverse() {
         Some(inverse) => difference.dot(&(inverse * difference)).max(0.0),
@@ -147,7 +148,7 @@ pub fn apart(difference: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
     }
 }
 
-/// RMS that a variance is of.
+/// RMS of a variance.
 pub fn root(variance: f64) -> f64 {
     ComplexField::sqrt(variance)
 }

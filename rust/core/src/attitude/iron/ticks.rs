@@ -1,4 +1,4 @@
-//! Ticks of a tenth of a second: what the field was, in the sensor's axes and in the gyro's frame.
+//! Ticks of a tenth of a second: mean field in the sensor's axes and in the gyro's frame.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use crate::attitude::sample::MAX_FIELD;
 use crate::math::validity::{are_within, is_size};
 
-/// Share of the usual number of samples below which a tick is missing, and that of a tick in the mean
-/// number: a magnetometer may be slower than the gyro.
+/// Smallest share of the usual number of samples in a valid tick, and weight of a tick in the mean
+/// number. A magnetometer may be slower than the gyro.
 const MIN_SAMPLE_SHARE: f64 = 0.5;
 const MEAN_GAIN: f64 = 0.05;
-/// Samples that a tick can have.
+/// Largest number of samples in a tick.
 const MAX_COUNT: f64 = 9_007_199_254_740_992.0;
 
 /// Sums over the samples of a tick.
@@ -46,7 +46,7 @@ impl Gathered {
         self.rotation += rotation;
     }
 
-    /// The means, unless fewer samples came than half of what is usual; the next tick begins.
+    /// Ends the tick; returns the means if at least half of the usual number of samples came.
     pub fn end(&mut self) -> Option<Tick> {
         let Self { count, turned, rotation, .. } = *self;
         self.interrupt();
@@ -60,7 +60,7 @@ impl Gathered {
         (count >= MIN_SAMPLE_SHARE * usual).then_some(tick)
     }
 
-    /// Drops what came of the present tick.
+    /// Discards the present tick.
     pub fn interrupt(&mut self) {
         *self = Self { usual: self.usual, ..Self::default() };
     }

@@ -1,4 +1,4 @@
-//! Common parts of all named methods: an orientation, its start, and its rotation by a rate.
+//! Common parts of all named methods: an orientation, its start, and its update by a rate.
 
 use nalgebra::{Quaternion, RealField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use crate::attitude::frame;
 use crate::math::Real;
 use crate::math::rotation::exponential;
 
-/// A force this near to straight down has no shortest way up: any level axis is as good.
+/// Limit of a nearly downward force: no rotation upwards is shortest, and any level axis will do.
 const UPSIDE_DOWN: f64 = 1e-6;
 
-/// From the axes of the sensor to east, north, up.
+/// Rotation from the sensor's axes to east, north, up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     pub orientation: Quaternion<f64>,
-    /// True if a force has said where up is, and a field where north is.
+    /// Flags: a force has set the vertical, and a field has set north.
     pub levelled: bool,
     pub headed: bool,
 }
@@ -45,36 +45,36 @@ impl Body {
         }
     }
 
-    /// The next force and field say again where up and north are.
+    /// Sets vertical and north again from the next force and field.
     pub fn forget(&mut self) {
         (self.levelled, self.headed) = (false, false);
     }
 
-    /// Set a known orientation.
+    /// Sets a known orientation.
     pub fn align(&mut self, orientation: Quaternion<f64>) {
         self.set(orientation);
         (self.levelled, self.headed) = (true, true);
     }
 
-    /// Turns by a rotation vector in the axes of the sensor.
+    /// Rotates by a rotation vector in the sensor's axes.
     #[inline]
     pub fn turn(&mut self, angle: &Vector3<f64>) {
         self.set(self.orientation * exponential(angle).into_inner());
     }
 
-    /// Turns by a rotation vector in the axes of the earth.
+    /// Rotates by a rotation vector in the earth's axes.
     #[inline]
     pub fn turn_earth(&mut self, angle: &Vector3<f64>) {
         self.set(exponential(angle).into_inner() * self.orientation);
     }
 
-    /// Of a length that is not near zero.
+    /// Sets the orientation from a quaternion with a length that is not near zero.
     #[inline]
     pub fn set(&mut self, orientation: Quaternion<f64>) {
         self.orientation = orientation.normalize();
     }
 
-    /// A vector of the sensor's axes in those of the earth.
+    /// Converts a vector from the sensor's axes to the earth's axes.
     #[inline]
     pub fn in_earth(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let (w, u) = (self.orientation.w, self.orientation.imag());
@@ -82,7 +82,7 @@ impl Body {
         vector + t * w + u.cross(&t)
     }
 
-    /// Up in the axes of the sensor.
+    /// Unit vector up, in the sensor's axes.
     #[inline]
     pub fn up(&self) -> Vector3<f64> {
         frame::up(&self.orientation)
@@ -93,7 +93,7 @@ impl Body {
     }
 }
 
-/// The shortest rotation that makes a direction, of length one, point up.
+/// The shortest rotation that turns a direction, of length one, upwards.
 fn level(direction: &Vector3<f64>) -> Quaternion<f64> {
     let half = ((1.0 + direction.z) * 0.5).max(0.0).simd_sqrt();
     if half < UPSIDE_DOWN {
@@ -103,7 +103,7 @@ fn level(direction: &Vector3<f64>) -> Quaternion<f64> {
     Quaternion::new(half, direction.y * scale, -direction.x * scale, 0.0)
 }
 
-/// The angle from up to a direction, and the level axis about which it has to turn to get there.
+/// Angle from up to a direction, and the level axis about which the direction must turn to get up.
 pub fn tilt(direction: &Vector3<f64>) -> Vector3<f64> {
     let level = (direction.x * direction.x + direction.y * direction.y).simd_sqrt();
     let angle = RealField::atan2(level, direction.z);
@@ -113,7 +113,7 @@ pub fn tilt(direction: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// The angle from north to a field in the axes of the earth, clockwise, rad; of none zero.
+/// Angle from north to a field in the earth's axes, clockwise, rad; zero for a field of zero.
 pub fn east_of_north(field: &Vector3<f64>) -> f64 {
     RealField::atan2(field.x, field.y)
 }

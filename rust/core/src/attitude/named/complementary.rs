@@ -1,5 +1,5 @@
-//! The complementary filter: the gyro for what is fast, accelerometer and magnetometer for what is
-//! slow.
+//! The complementary filter: gyro for fast changes, accelerometer and magnetometer for slow
+//! changes.
 
 use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -11,13 +11,15 @@ use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Knowledge};
 use crate::error::Error;
 
-/// Each sample turns the orientation by the rate, then by the share dt/(τ + dt) of the shortest
-/// rotation that levels it, then by that share of the angle to magnetic north, about the vertical.
+/// Each sample makes three rotations. The first is by the rate. The second is by the share dt/(τ +
+/// dt) of the shortest rotation that levels the orientation. The third is about the vertical, by
+/// the same share of the angle to magnetic north.
 ///
 /// In one axis that is θ ← a(θ + ω dt) + (1 - a)θ_acc with a = τ/(τ + dt), of first order (W. T.
-/// Higgins, *IEEE Trans. Aerospace and Electronic Systems* 11(3), 1975); tilt before heading, each
-/// by a share of its rotation, as R. G. Valenti, I. Dryanovski, J. Xiao, *Sensors* 15(8), 2015, of
-/// constant gain. A bias b of the gyro about a level axis leaves exactly the error b τ at rest.
+/// Higgins, *IEEE Trans. Aerospace and Electronic Systems* 11(3), 1975). The correction of tilt
+/// before heading, each by a share of its rotation, follows R. G. Valenti, I. Dryanovski, J. Xiao,
+/// *Sensors* 15(8), 2015, with constant gain. A bias b of the gyro about a level axis leaves the
+/// error b τ at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Complementary {
     options: NamedOptions,
@@ -28,7 +30,7 @@ impl Complementary {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if an option is out of its range.
+    /// [`Error::Parameter`] if an option is out of range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
         Ok(Self { options: options.validate()?, body: Body::default() })
     }

@@ -6,11 +6,11 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
 
-/// Largest loss of a difference's variance by rounding, relative to the terms: a few operations on
-/// each element.
+/// Largest loss of a difference's variance by rounding, relative to the terms: some operations per
+/// element.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// By first derivatives. Corrections are scalar.
+/// Linearisation by first derivatives, with scalar corrections.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extended;
 
@@ -22,7 +22,7 @@ impl Linearised for Extended {
     fn predict(state: &mut Gauss, step: &Step) {
         let turn = (step.gyro - state.bias) * step.dt;
         state.body.turn(&turn);
-        // An error of the bias turns the other way, about axes that move meanwhile.
+        // An error of the bias rotates in the opposite sense, about axes that move meanwhile.
         let J = right_jacobian(&turn) * -step.dt;
         let columns = [0, 1, 2].map(|i| state.body.in_earth(&J.column(i).into_owned()));
         let A = Matrix3::from_columns(&columns);
@@ -45,7 +45,7 @@ impl Linearised for Extended {
 
     #[inline]
     fn see_up(state: &mut Gauss, force: &Vector3<f64>, R: f64) {
-        // Turned by small angles, up has the level components (φ_y, -φ_x).
+        // After a rotation by small angles, up has the level components (φ_y, -φ_x).
         let mut found = SVector::zeros();
         see(state, 0, force.y, R, &mut found);
         see(state, 1, -force.x, R, &mut found);
@@ -60,14 +60,14 @@ impl Linearised for Extended {
     }
 }
 
-/// One error is measured: adds to what is found of all.
+/// Corrects by a measurement of one error; adds to the correction of all errors.
 #[inline]
 fn see(state: &mut Gauss, i: usize, z: f64, R: f64, found: &mut SVector<f64, 6>) {
     let p = SVector::<f64, 6>::from_fn(|j, _| state.P.at(i, j));
     let S = p[i] + R;
     let K = p / S;
     *found += K * (z - found[i]);
-    // (I - K H) P: what was measured without a difference, so that it keeps its digits.
+    // (I - K H) P, computed without a difference to keep the digits.
     let P = state.P;
     state.P.assign(|a, b| match (a == i, b == i) {
         (true, _) => p[b] * (R / S),

@@ -1,4 +1,5 @@
-//! Kalman filters of the attitude's error and the gyro's bias: what both linearisations share.
+//! Kalman filters of the attitude's error and the gyro's bias: common part of the two
+//! linearisations.
 #![allow(non_snake_case)]
 
 use core::marker::PhantomData;
@@ -18,24 +19,24 @@ use crate::error::Error;
 use crate::math::validity::are_within;
 use crate::math::{Real, Symmetric};
 
-/// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
+/// Standard deviation of a tilt, and of a heading, from one sample, rad.
 const SAMPLE_SIGMA_RAD: f64 = 0.5;
-/// Variance of a heading that is still to be found, rad², and deviation of one that was chosen,
-/// rad.
+/// Variance of a heading before the first field, rad², and standard deviation of a heading that was
+/// chosen, rad.
 const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
 const CHOSEN_HEADING_SIGMA_RAD: f64 = 1e-3;
-/// Variance per second of an angle while no rate is known, rad²/s.
+/// Variance per second of an angle without a known rate, rad²/s.
 const UNKNOWN_RATE_VARIANCE: f64 = 1.0;
-/// Shortest time over which a measurement has a weight, s: over less its variance R = n²/dt may be
+/// Shortest time for which a measurement has a weight, s; below, its variance R = n²/dt may be
 /// infinite.
 const MIN_MEASURED_S: f64 = 1e-9;
 /// Largest variances of an angle, rad², and of a bias, (rad/s)².
 const MAX_VARIANCES: [f64; 2] = [FREE_HEADING_VARIANCE_RAD2, 1.0];
-/// The bias in the error state, after the three angles.
+/// First index of the bias in the error state, after the three angles.
 pub const BIAS: usize = 3;
 
-/// Orientation, bias and the covariance of their errors: three angles in the axes of the earth, by
-/// which the true orientation is turned against the estimated one, and the bias's.
+/// Orientation, bias and the covariance of their errors. The errors of the orientation are three
+/// angles in the earth's axes, from the estimated to the true orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gauss {
     pub body: Body,
@@ -43,10 +44,10 @@ pub struct Gauss {
     pub P: Symmetric<f64, 6>,
 }
 
-/// A step of prediction.
+/// One step of prediction.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// Rate of the gyro, rad/s, and the seconds for which it holds; none if it is not known.
+    /// Rate of the gyro, rad/s, and its duration, s; `None` if it is unknown.
     pub gyro: Vector3<f64>,
     pub dt: f64,
     /// Variances that are added to each angle and to each bias.
@@ -54,30 +55,31 @@ pub struct Step {
     pub bias: f64,
 }
 
-/// Propagation of a mean and a covariance through functions that are not linear.
+/// Propagation of a mean and a covariance through nonlinear functions.
 pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
-    /// Its name as a method.
+    /// Name of the method.
     const METHOD: &'static str;
-    /// As in a checkpoint.
+    /// Tag in a checkpoint.
     const TAG: &'static str;
 
-    /// Propagate mean and covariance through a step.
+    /// Propagates mean and covariance through a step.
     fn predict(state: &mut Gauss, step: &Step);
 
-    /// Corrects by the direction of the force, of length one, in the estimated axes of the earth:
-    /// up, with variance R on each axis.
+    /// Corrects by the direction of the force, of length one, in the estimated axes of the earth.
+    /// The expected direction is up, with variance R on each axis.
     fn see_up(state: &mut Gauss, force: &Vector3<f64>, R: f64);
 
-    /// Corrects by the angle from the estimated to magnetic north about the vertical.
+    /// Corrects by the angle from the estimated to the magnetic north, about the vertical.
     fn see_north(state: &mut Gauss, angle: f64, R: f64);
 }
 
-/// A multiplicative Kalman filter of six states (E. J. Lefferts, F. L. Markley, M. D. Shuster,
-/// *J. Guidance, Control, and Dynamics* 5(5), 1982): the gyro drives the prediction, the
-/// accelerometer is a measured direction of up, the magnetometer a measured heading.
+/// A multiplicative Kalman filter of six states (E. J. Lefferts, F. L. Markley, M. D. Shuster, *J.
+/// Guidance, Control, and Dynamics* 5(5), 1982). The gyro drives the prediction, the accelerometer
+/// measures the direction of up, the magnetometer measures the heading.
 ///
-/// Errors of the angles are kept in the axes of the earth (J. Solà, *Quaternion kinematics for the
-/// error-state Kalman filter*, 2017, section 7). The noise of a sample is that of a density over
+/// Errors of the angles are in the earth's axes (J. Solà, *Quaternion kinematics for the
+/// error-state Kalman filter*, 2017, section 7). The variance of a sample follows from the noise
+/// density n and the sample's time: R = n²/dt.
 /// its time, R = n²/dt.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Kalman<L> {
@@ -95,7 +97,7 @@ impl<L: Linearised> Kalman<L> {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if an option is out of its range.
+    /// [`Error::Parameter`] if an option is out of range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
         Ok(Self::with(options.validate()?))
     }
@@ -113,7 +115,7 @@ impl<L: Linearised> Kalman<L> {
         Self { options, state, by: PhantomData }
     }
 
-    /// Corrects by what has been measured in the seconds `dt`.
+    /// Corrects by the measurements of the last `dt` seconds.
     #[inline]
     fn correct(&mut self, accel: Option<&Vector3<f64>>, mag: Option<&Vector3<f64>>, dt: f64) {
         let (state, constants) = (&mut self.state, &self.options.constants);
@@ -143,20 +145,20 @@ impl<L: Linearised> Kalman<L> {
 }
 
 impl Gauss {
-    /// Applies a correction that was found.
+    /// Applies a computed correction.
     pub fn apply(&mut self, found: &nalgebra::SVector<f64, 6>) {
         self.body.turn_earth(&found.fixed_rows::<3>(0).into_owned());
         let bias = self.bias + found.fixed_rows::<3>(BIAS);
         self.bias = bias.map(|x| x.clamp(-MAX_BIAS, MAX_BIAS));
     }
 
-    /// One error is of this variance, and has nothing to do with the others.
+    /// Sets the variance of one error, and its covariances to zero.
     pub fn restart(&mut self, i: usize, variance: f64) {
         (0..6).for_each(|j| self.P.set(i, j, 0.0));
         self.P.set(i, i, variance);
     }
 
-    /// Keeps every variance below its cap, without a change of the correlations.
+    /// Limits every variance without a change of the correlations.
     pub fn limit(&mut self) {
         for i in 0..6 {
             let (variance, cap) = (self.P.at(i, i), MAX_VARIANCES[i / 3]);
@@ -169,7 +171,7 @@ impl Gauss {
     }
 
     fn is_valid(&self) -> bool {
-        // What a restart leaves may lie a rounding above its cap.
+        // After a restart a variance may exceed its limit by rounding.
         let caps = MAX_VARIANCES.map(|cap| cap * (1.0 + 1e-9));
         self.body.is_valid()
             && are_within(&self.bias, MAX_BIAS)

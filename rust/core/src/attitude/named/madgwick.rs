@@ -11,17 +11,18 @@ use crate::attitude::{Estimator, Knowledge};
 use crate::error::Error;
 use crate::math::Real;
 
-/// A gradient shorter than this is made of roundings and has no direction.
+/// Shortest gradient with a direction; a shorter gradient is only rounding.
 const MIN_GRADIENT: f64 = 1e-12;
-/// Largest step of the quaternion, of length one, in one sample.
+/// Largest step of the quaternion per sample; the quaternion has length one.
 const MAX_STEP: f64 = 0.5;
 
-/// dq/dt = q ⊗ ω/2 - β ∇F/|∇F|, where F is the squared distance of the measured from the expected
-/// directions of gravity and field, and the field is expected in the plane of north and up.
+/// dq/dt = q ⊗ ω/2 - β ∇F/|∇F|. F is the squared distance of the measured from the expected
+/// directions of gravity and field. The expected field lies in the plane of north and up.
 ///
 /// S. O. H. Madgwick, *An efficient orientation filter for inertial and inertial/magnetic sensor
 /// arrays*, report, University of Bristol, 2010, eqs. 12-13, 25-34 and 44-46, with β of its
-/// experiments; without its bias (eqs. 47-49). The gradient's length counts for nothing: an error
+/// experiments and without its bias (eqs. 47-49). The length of the gradient has no effect: an
+/// error decreases by 2 β rad/s at most, and a larger bias is never corrected.
 /// is mended at 2 β rad/s at most, and a bias beyond that is never caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Madgwick {
@@ -33,12 +34,12 @@ impl Madgwick {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if an option is out of its range.
+    /// [`Error::Parameter`] if an option is out of range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
         Ok(Self { options: options.validate()?, body: Body::default() })
     }
 
-    /// ∇F of all directions that are measured.
+    /// ∇F of all measured directions.
     #[inline]
     fn gradient(
         &self,
@@ -63,12 +64,11 @@ impl Madgwick {
     }
 }
 
-/// The gradient of |q* d q - s|²/2, for a direction d of the earth (north and up) and s of the
-/// sensor.
+/// Gradient of |q* d q - s|²/2, for a direction d of the earth (north and up) and s of the sensor.
 ///
-/// That is Jᵀf of the report in one product: -2 d q f. The report writes the diagonal of the
-/// rotation as 1 - 2(y² + z²), which adds the last term, along q: it turns nothing, but it counts
-/// in the length that the gradient is divided by. There north is the first axis.
+/// This is Jᵀf of the report in one product: -2 d q f. The report writes the diagonal of the
+/// rotation as 1 - 2(y² + z²). This adds the last term, along q. It rotates nothing, but it is part
+/// of the length by which the gradient is divided. North is the first axis in the report.
 #[inline]
 fn gradient(q: &Quaternion<f64>, d: &Vector3<f64>, s: &Vector3<f64>) -> Quaternion<f64> {
     let pure = |v: Vector3<f64>| Quaternion::from_parts(0.0, v);

@@ -13,12 +13,12 @@ use crate::error::Error;
 use crate::math::Real;
 use crate::math::validity::are_within;
 
-/// The error e = a × v̂ of the measured against the estimated vertical turns the orientation by the
-/// rate ω - b + k_P e, and the bias by db/dt = -k_I e.
+/// The error e = a × v̂ is between the measured and the estimated vertical. It turns the
+/// orientation by the rate ω - b + k_P e, and changes the bias by db/dt = -k_I e.
 ///
 /// R. Mahony, T. Hamel, J.-M. Pflimlin, *IEEE Trans. Automatic Control* 53(5), 2008, eqs. 32, with
-/// gains of their experiments. The magnetometer adds the sine of its angle to north about the
-/// vertical alone, so that it turns no tilt (M.-D. Hua et al., *IEEE Trans. Control Systems
+/// the gains of their experiments. The magnetometer adds the sine of its angle to north, only about
+/// the vertical, and does not change the tilt (M.-D. Hua et al., *IEEE Trans. Control Systems
 /// Technology* 22(1), 2014). Without k_I a bias b leaves the error asin(b / k_P).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mahony {
@@ -31,14 +31,13 @@ impl Mahony {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if an option is out of its range.
+    /// [`Error::Parameter`] if an option is out of range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
         let options = options.validate()?;
         Ok(Self { options, body: Body::default(), bias: options.bias.into() })
     }
 
-    /// The rotation in the sensor's axes that measured vertical and north are off by, to first
-    /// order.
+    /// Rotation in the sensor's axes that corrects the measured vertical and north, to first order.
     #[inline]
     fn error(&self, accel: Option<&Vector3<f64>>, mag: Option<&Vector3<f64>>) -> Vector3<f64> {
         let (body, up, mut error) = (&self.body, self.body.up(), Vector3::zeros());

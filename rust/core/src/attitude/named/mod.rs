@@ -1,8 +1,8 @@
-//! The methods that have names in textbooks, as they were published but for safety: no input leads
-//! to NaN, and each starts from the first force and the first field instead of the identity.
+//! Named textbook methods, as published, with two safeguards. No input leads to NaN, and each
+//! method starts from the first force and the first field instead of the identity.
 //!
-//! A magnetometer corrects the heading only, except in [`Madgwick`], which takes its field as a
-//! vector. None of them knows rest, motion or a disturbed field.
+//! A magnetometer corrects only the heading, except in [`Madgwick`], which uses the field as a
+//! vector. No method detects rest, motion or a disturbed field.
 
 mod body;
 mod complementary;
@@ -28,28 +28,28 @@ use super::stream::Tagged;
 
 /// A method with a name and options.
 pub trait Named: Tagged {
-    /// As people write it.
+    /// Name of the method, as people write it.
     const METHOD: &'static str;
 
-    /// The options.
+    /// Options of the method.
     fn options(&self) -> NamedOptions;
 
-    /// True if scale and misalignment of the gyro were given too.
+    /// True if scale and misalignment of the gyro were given, too.
     fn is_calibrated(&self) -> bool {
         false
     }
 
-    /// The largest bias that a gyro has, rad/s, where it is not the usual one.
+    /// Largest bias of the gyro, rad/s, if it is not the default.
     fn bias_limit(&self) -> Option<f64> {
         None
     }
 
-    /// The correction of the magnetometer before anything else.
+    /// Correction of the magnetometer before all other steps.
     fn correction(&self) -> Option<&FieldCorrection> {
         None
     }
 
-    /// The hard iron that it learns, if it does.
+    /// Hard iron that the method learns, if it learns.
     fn iron(&self) -> Option<LearnedIron> {
         None
     }
@@ -84,7 +84,7 @@ mod tests {
     use nalgebra::Vector3;
     use proptest::prelude::*;
 
-    /// Anything that the stream lets through.
+    /// Any sample that the stream passes on.
     fn sample() -> impl Strategy<Value = Inertial> {
         let vector = |most: f64| {
             let size = prop_oneof![Just(-9.0), Just(most), -9.0..most];
@@ -104,7 +104,7 @@ mod tests {
         )
     }
 
-    /// Constants at the ends of their ranges, and the usual ones.
+    /// Constants at the ends of their ranges, and the defaults.
     fn options() -> impl Strategy<Value = NamedOptions> {
         let ends = prop::collection::vec(0..3_usize, CONSTANTS.len());
         (any::<bool>(), ends).prop_map(|(mag, ends)| {

@@ -1,28 +1,28 @@
-//! Options of the named methods: one table of their constants.
+//! Options of the named methods: a table of their constants.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, require};
 
-/// The names of all methods; the first is the default.
+/// Names of all methods; the first is the default.
 pub const METHODS: [&str; 6] = ["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"];
 
 /// Methods with an initial bias.
 pub const BIAS_METHODS: &[&str] = &["auto", "mahony", "ekf", "ukf"];
-/// Likewise.
+/// Methods with a standard deviation of the initial bias.
 pub const BIAS_SIGMA_METHODS: &[&str] = &["auto", "ekf", "ukf"];
 
 /// Largest bias, rad/s, and largest initial standard deviation.
 pub(super) const MAX_BIAS: f64 = 10.0;
 pub(super) const MAX_BIAS_SIGMA: f64 = 0.2;
-/// Spread of a bias of which nothing is known, rad/s.
+/// Standard deviation of an unknown bias, rad/s.
 const BIAS_SIGMA: f64 = 0.5 * core::f64::consts::PI / 180.0;
 
-/// Steps down the gradient, rad/s, of Madgwick's report: with a magnetometer and without.
+/// Gradient steps of Madgwick's report, rad/s: with a magnetometer and without.
 const BETA: f64 = 0.041;
 const BETA_WITHOUT_FIELD: f64 = 0.033;
 
-/// Constants of all named methods; each uses some.
+/// Constants of all named methods; each method uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Constants {
     /// Time constant of the complementary filter, s.
@@ -37,7 +37,7 @@ pub struct Constants {
     pub gyro_noise: f64,
     /// White noise of the accelerometer, m/s²/√Hz.
     pub accel_noise: f64,
-    /// White noise of the heading that a magnetometer shows, rad/√Hz.
+    /// White noise of the magnetic heading, rad/√Hz.
     pub mag_noise: f64,
     /// Random walk of the gyro's bias, rad/s/√s.
     pub bias_walk: f64,
@@ -61,21 +61,21 @@ impl Default for Constants {
 /// One row of the table.
 #[derive(Debug, Clone, Copy)]
 pub struct Constant<C: 'static = Constants> {
-    /// Its name in Python.
+    /// Name in Python.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit of the constant.
     pub unit: &'static str,
-    /// Its least and its largest value.
+    /// Smallest and largest value.
     pub range: [f64; 2],
-    /// The range in words, for errors.
+    /// Range in words, for errors.
     pub expected: &'static str,
-    /// Its meaning, in one sentence without a full stop.
+    /// Meaning, in one sentence without a full stop.
     pub meaning: &'static str,
-    /// The methods that use it.
+    /// Methods that use the constant.
     pub methods: &'static [&'static str],
-    /// Its value; none if the method chooses it.
+    /// Returns the value; `None` if the method chooses it.
     pub get: fn(&C) -> Option<f64>,
-    /// Set a value.
+    /// Sets a value.
     pub set: fn(&mut C, f64),
 }
 
@@ -184,11 +184,11 @@ pub const CONSTANTS: &[Constant] = &[
 pub struct NamedOptions {
     /// True if there is a magnetometer; without one the initial heading is arbitrary.
     pub mag: bool,
-    /// The gyro's output without rotation, rad/s, for methods that learn it.
+    /// Output of the gyro without rotation, rad/s, for methods that learn a bias.
     pub bias: [f64; 3],
-    /// Standard deviation of the bias, for methods that have one.
+    /// Standard deviation of the bias, for methods with a bias.
     pub bias_sigma: [f64; 3],
-    /// The constants of all methods.
+    /// Constants of all methods.
     pub constants: Constants,
 }
 
@@ -200,10 +200,10 @@ impl Default for NamedOptions {
 }
 
 impl NamedOptions {
-    /// These options, if each number is in its range.
+    /// The options, if each number is in its range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first number out of range.
     pub fn validate(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
             require(x.abs() <= MAX_BIAS, "bias", "a rate of at most 10 rad/s", x)?;
@@ -214,7 +214,7 @@ impl NamedOptions {
         Ok(self)
     }
 
-    /// The step of Madgwick.
+    /// Gradient step of Madgwick.
     pub(super) fn beta(&self) -> f64 {
         let usual = if self.mag { BETA } else { BETA_WITHOUT_FIELD };
         self.constants.beta.unwrap_or(usual)

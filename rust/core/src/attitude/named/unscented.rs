@@ -1,4 +1,4 @@
-//! The unscented Kalman filter: points that have the mean and the covariance.
+//! The unscented Kalman filter: sigma points with the mean and the covariance.
 #![allow(non_snake_case)]
 
 use core::array::from_fn;
@@ -9,7 +9,7 @@ use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::Real;
 use crate::math::rotation::exponential;
 
-/// States, and λ: the weights of centre and points are λ/(n + λ) and 1/(2(n + λ)).
+/// Number of states, and λ: the weights of centre and points are λ/(n + λ) and 1/(2(n + λ)).
 const N: usize = 6;
 const LAMBDA: f64 = 1.0;
 const SCALE: f64 = N as f64 + LAMBDA;
@@ -18,8 +18,8 @@ const WEIGHT: f64 = 0.5 / SCALE;
 
 type States = SVector<f64, N>;
 
-/// By the points of J. L. Crassidis and F. L. Markley, *J. Guidance, Control, and Dynamics* 26(4),
-/// 2003, with λ = 1 as there, the error of the attitude as a rotation vector.
+/// Linearisation by the sigma points of J. L. Crassidis and F. L. Markley, *J. Guidance, Control,
+/// and Dynamics* 26(4), 2003, with λ = 1 as there. The error of the attitude is a rotation vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unscented;
 
@@ -54,7 +54,7 @@ impl Linearised for Unscented {
     }
 
     fn see_up(state: &mut Gauss, force: &Vector3<f64>, R: f64) {
-        // Up, as it is where the orientation is off by so much.
+        // Up, if the orientation has this error.
         let expected = |x: &States| {
             let turned = exponential(&-angles(x)) * Vector3::z();
             SVector::from(turned)
@@ -63,7 +63,7 @@ impl Linearised for Unscented {
     }
 
     fn see_north(state: &mut Gauss, angle: f64, R: f64) {
-        // The part of the rotation that is about the vertical.
+        // The part of the rotation about the vertical.
         let expected = |x: &States| {
             let error = exponential(&angles(x));
             SVector::<f64, 1>::new(2.0 * RealField::atan2(error.k, error.w))
@@ -80,13 +80,13 @@ fn bias(x: &States) -> Vector3<f64> {
     x.fixed_rows::<3>(BIAS).into_owned()
 }
 
-/// All but the one in the centre: √(n + λ) columns of the covariance's root to both sides.
+/// All points except the centre: ± √(n + λ) times each column of the covariance's root.
 fn points(state: &Gauss) -> [States; 2 * N] {
     let L = root(state) * SCALE.simd_sqrt();
     from_fn(|i| if i < N { L.column(i).into_owned() } else { -L.column(i - N) })
 }
 
-/// Cholesky's lower factor; a variance that rounding has taken away counts as none.
+/// Cholesky's lower factor; a variance lost by rounding counts as zero.
 fn root(state: &Gauss) -> SMatrix<f64, N, N> {
     let (P, mut L) = (&state.P, SMatrix::<f64, N, N>::zeros());
     for j in 0..N {
@@ -103,7 +103,7 @@ fn root(state: &Gauss) -> SMatrix<f64, N, N> {
     L
 }
 
-/// Corrects by what was measured, where `expected` says what each error would show.
+/// Corrects by a measurement; `expected` gives the measurement for each error.
 fn see<const M: usize>(
     state: &mut Gauss,
     expected: impl Fn(&States) -> SVector<f64, M>,
@@ -123,7 +123,7 @@ fn see<const M: usize>(
     }
     let Some(inverse) = S.cholesky().map(|root| root.inverse()) else { return };
     let K = C * inverse;
-    // P - K S K' as a sum of squares, which no rounding makes negative.
+    // P - K S K' as a sum of squares, which rounding cannot make negative.
     let left = K * off;
     let mut P = left * left.transpose() * CENTRE + K * K.transpose() * R;
     for (x, y) in points.iter().zip(&shown) {
@@ -134,7 +134,7 @@ fn see<const M: usize>(
     state.apply(&(K * (z - mean)));
 }
 
-/// The rotation vector of a rotation, of at most half a turn.
+/// Rotation vector of a rotation by at most half a turn.
 fn logarithm(q: &Quaternion<f64>) -> Vector3<f64> {
     let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
     let sine = v.norm();

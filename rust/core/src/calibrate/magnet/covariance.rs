@@ -1,25 +1,26 @@
-//! Standard errors of hard and soft iron: not noise limits them but places, which differ.
+//! Standard errors of hard and soft iron: they are limited by differences between places, not by
+//! noise.
 
 use nalgebra::{DMatrix, Vector3};
 
 use super::fit::{Fit, IRON_SIGMA, RIDGE, Ticks};
 use super::normal::{Element, Normal, Sums};
 
-/// Seconds of a tick.
+/// Duration of a tick, s.
 const TICK: f64 = 0.1;
-/// Seconds that count as one independent observation, and how many a group may have.
+/// Time of one independent observation, s, and largest number of observations in a group.
 const OBSERVATION_S: f64 = 10.0;
 const MAX_OBSERVATIONS: f64 = 4.0;
 const MIN_OBSERVATIONS: f64 = 0.5;
-/// Scatter that no field goes below, its size being 1.
+/// Smallest scatter of a field of size 1.
 const MIN_SCATTER: f64 = 0.01;
 
-/// Deviations of the elements of the soft iron before anything is seen.
+/// Prior standard deviations of the soft iron's elements.
 pub type Doubt<'a> = &'a [f64];
 
 /// Covariance of all elements of the soft iron, then of the hard irons of all groups.
 ///
-/// `fit` has a number for each of the elements, zero where it was not fitted.
+/// `fit` has one number for each of the elements, zero for an element that was not fitted.
 pub fn covariance(
     ticks: &Ticks<'_>,
     fit: &Fit,
@@ -67,7 +68,7 @@ fn of_group(
     let matrix = Element::identity() + sum.sum::<Element>();
     let stretches: Vec<_> =
         ticks.stretches().filter(|stretch| ticks.group[stretch.start] == group).collect();
-    // Windows in which the group has ticks, in order: its own neighbours.
+    // Windows with ticks of the group, in order: successive windows are neighbours.
     let mut windows: Vec<usize> = stretches.iter().map(|one| ticks.window[one.start]).collect();
     windows.dedup();
     let mut normal = Normal::new(windows.len(), elements.len(), 1, variance);

@@ -1,31 +1,31 @@
-//! The joint fit of hard irons, elements of soft iron and the field, by Gauss-Newton rounds.
+//! Joint fit of hard irons, elements of soft iron and the field, by Gauss-Newton steps.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::normal::{Element, Normal, Sums};
 use crate::work::pause;
 
-/// Deviations of a hard iron and of an element of the soft iron, before anything is seen.
+/// Prior standard deviations of a hard iron and of an element of the soft iron.
 pub(super) const IRON_SIGMA: f64 = 1.0;
 const SOFT_IRON_SIGMA: f64 = 0.2;
 const ROUNDS: usize = 8;
-/// Largest step of a round that is the last.
+/// Largest step at which the iteration ends.
 const MAX_LAST_STEP: f64 = 1e-7;
-/// Median of the square of a normal vector of three, over three.
+/// Median of the squared length of a normal vector with three elements, divided by three.
 const NORMAL_MEDIAN_SQUARE: f64 = 0.79;
-/// Deviations beyond which a tick counts less.
+/// Number of standard deviations beyond which a tick has less weight.
 const MAX_SIGMAS: f64 = 2.5;
-/// Keeps what nothing tells of within reach.
+/// Regularisation of undetermined unknowns.
 pub(super) const RIDGE: f64 = 1e-9;
 
 /// Ticks of a fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Ticks<'a> {
-    /// B by rows.
+    /// Rows of B.
     pub rotation: &'a [[f64; 9]],
-    /// y.
+    /// Mean field y.
     pub field: &'a [[f64; 3]],
-    /// e.
+    /// Mean rotated field e.
     pub turned: &'a [[f64; 3]],
     /// Index of each tick's hard iron.
     pub group: &'a [usize],
@@ -44,13 +44,13 @@ impl Ticks<'_> {
         self.window.last().map_or(0, |last| last + 1)
     }
 
-    /// Bᵀ.
+    /// Transpose of B.
     #[inline(always)]
     pub(super) fn back(&self, k: usize) -> Matrix3<f64> {
         Matrix3::from_column_slice(&self.rotation[k])
     }
 
-    /// Stretches of one window and one group.
+    /// Ranges of successive ticks with one window and one group.
     pub(super) fn stretches(&self) -> impl Iterator<Item = core::ops::Range<usize>> + '_ {
         let mut first = 0;
         core::iter::from_fn(move || {
@@ -70,15 +70,15 @@ impl Ticks<'_> {
 /// Result of a fit, and the weight of each tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Of each group.
+    /// Hard iron of each group.
     pub iron: Vec<Vector3<f64>>,
-    /// Of those that were asked for.
+    /// Fitted elements of the soft iron.
     pub elements: Vec<f64>,
-    /// Of each window.
+    /// Field of each window.
     pub fields: Vec<Vector3<f64>>,
-    /// At most 1.
+    /// Weights of the ticks, at most 1.
     pub weights: Vec<f64>,
-    /// RMS of an axis.
+    /// RMS residual of an axis.
     pub scatter: f64,
 }
 
@@ -101,8 +101,8 @@ impl Fit {
         Matrix3::identity() + sum.sum::<Matrix3<f64>>()
     }
 
-    /// Puts what is left of each tick into `left`, and the ticks' weights by its size. Returns the
-    /// variance of an axis.
+    /// Writes the residual of each tick to `left`, and sets the ticks' weights by its size. Returns
+    /// the variance of an axis.
     fn weigh(
         &mut self,
         ticks: &Ticks<'_>,
@@ -125,7 +125,7 @@ impl Fit {
         variance
     }
 
-    /// One step of all unknowns; returns the largest.
+    /// Makes one step of all unknowns; returns the largest change.
     fn step(
         &mut self,
         ticks: &Ticks<'_>,
@@ -169,8 +169,8 @@ impl Fit {
     }
 }
 
-/// Hard irons, elements of the soft iron and fields that explain ticks best; what is far off counts
-/// less. `None` where numbers are beyond reason.
+/// Fits hard irons, elements of the soft iron and fields to the ticks; outliers have less weight.
+/// `None` if numbers are too large.
 pub fn fit(ticks: &Ticks<'_>, elements: &[Element]) -> Option<Fit> {
     let mut found = Fit::start(ticks, elements.len());
     let n = ticks.field.len();
@@ -190,7 +190,7 @@ pub fn fit(ticks: &Ticks<'_>, elements: &[Element]) -> Option<Fit> {
     Some(found)
 }
 
-/// The median, the mean of the two middle ones of an even number; their order changes.
+/// Median of the values, whose order changes; for an even count the mean of the middle two.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return f64::NAN;

@@ -1,9 +1,10 @@
-//! A magnetometer's hard and soft iron from ordinary motion: the gyro says how the field must turn.
+//! A magnetometer's hard and soft iron from ordinary motion: the gyro gives the expected rotation
+//! of the field.
 //!
-//! A tick is a tenth of a second: B, the mean rotation from the sensor to a frame that the gyro holds,
-//! y, the mean field in the sensor, e, the mean of the field turned by each sample's own rotation. The
-//! model is `y = D Bᵀ h + b` with hard iron b, soft iron D and the field h in that frame, all in units
-//! of the field's median size.
+//! A tick is a tenth of a second. It has three means: B, the rotation from the sensor to a frame
+//! that the gyro holds; y, the field in the sensor's axes; and e, the field rotated by each
+//! sample's own rotation. The model is `y = D Bᵀ h + b` with hard iron b, soft iron D and the field
+//! h in that frame. All values are in units of the field's median size.
 
 #[cfg(feature = "std")]
 mod covariance;

@@ -1,21 +1,22 @@
-//! Normal equations of hard irons, elements of soft iron and a field that goes on from window to
-//! window: sums of a stretch of ticks, and the fields solved out.
+//! Normal equations of hard irons, elements of soft iron and a field that changes slowly between
+//! windows: sums of a range of ticks, and elimination of the fields.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
 
-/// Deviation of the difference of the fields of two windows.
+/// Standard deviation of the difference of two windows' fields.
 const FIELD_WALK_SIGMA: f64 = 0.1;
 
 /// An element of the soft iron.
 pub type Element = Matrix3<f64>;
 
-/// Weighted sums of ticks of one window and one group, A = D Bᵀ, s = Bᵀ h, v what is left of y.
+/// Weighted sums over ticks of one window and one group: A = D Bᵀ, s = Bᵀ h, and v, the residual of
+/// y.
 #[derive(Debug, Clone, Default)]
 pub struct Sums {
     weight: f64,
     a: Matrix3<f64>,
     aa: Matrix3<f64>,
-    /// By axis of the sensor: column of A times s.
+    /// For each axis of the sensor: column of A times s.
     a_s: [Matrix3<f64>; 3],
     s: Vector3<f64>,
     ss: Matrix3<f64>,
@@ -52,15 +53,15 @@ impl Sums {
     }
 }
 
-/// Unknowns: a field a window, elements of the soft iron, a hard iron a group.
+/// Unknowns: one field per window, elements of the soft iron, one hard iron per group.
 #[derive(Debug, Clone)]
 pub struct Normal {
-    /// Of each window.
+    /// Block of each window.
     inner: Vec<Matrix3<f64>>,
     right: Vec<Vector3<f64>>,
-    /// Of each window with the rest.
+    /// Block of each window with the other unknowns.
     across: Vec<Matrix3xX<f64>>,
-    /// Of elements, then hard irons.
+    /// Block of the elements, then of the hard irons.
     pub own: DMatrix<f64>,
     pub own_right: DVector<f64>,
     soft: usize,
@@ -68,7 +69,8 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Of so many windows, elements and groups; the difference of two fields weighs `noise / WALK²`.
+    /// Equations for these numbers of windows, elements and groups. The difference of two fields
+    /// has the weight `noise / WALK²`.
     pub fn new(windows: usize, soft: usize, groups: usize, noise: f64) -> Self {
         let size = soft + 3 * groups;
         Self {
@@ -82,7 +84,7 @@ impl Normal {
         }
     }
 
-    /// Adds what a stretch of ticks says.
+    /// Adds the sums of a range of ticks.
     pub fn add(&mut self, window: usize, group: usize, sums: &Sums, elements: &[Element]) {
         let first = self.soft + 3 * group;
         self.inner[window] += sums.aa;
@@ -109,7 +111,7 @@ impl Normal {
         }
     }
 
-    /// Keeps the fields of neighbours together, which are now these, and all within reach.
+    /// Adds the coupling of neighbouring fields, at their present values, and the regularisation.
     pub fn smooth(&mut self, fields: &[Vector3<f64>], little: f64) {
         let one = Matrix3::identity();
         for w in 0..self.inner.len() {
@@ -124,7 +126,7 @@ impl Normal {
         }
     }
 
-    /// Takes the fields out of the equations of the rest.
+    /// Eliminates the fields from the other equations.
     pub fn eliminate(mut self) -> Option<Eliminated> {
         let mut inverses = Vec::with_capacity(self.inner.len());
         for w in 0..self.inner.len() {
@@ -145,7 +147,7 @@ impl Normal {
     }
 }
 
-/// Equations of the rest alone, and what the fields follow from.
+/// Equations without the fields, and the data for the fields.
 #[derive(Debug, Clone)]
 pub struct Eliminated {
     pub rest: Normal,
@@ -153,7 +155,7 @@ pub struct Eliminated {
 }
 
 impl Eliminated {
-    /// The rest, and the field of each window.
+    /// Solves for the other unknowns and the field of each window.
     pub fn solve(&self) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
         let rest = match self.rest.own.clone().cholesky() {
             Some(factor) => factor.solve(&self.rest.own_right),

@@ -1,4 +1,5 @@
-//! The spans of least cost, each of one hard iron or an *outlier*, by dynamic programming.
+//! Partition into spans of least cost, each with one hard iron or an *outlier*, by dynamic
+//! programming.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -7,50 +8,51 @@ use super::together::{gather, scatter};
 use crate::math::{Lane, Real, parallel};
 use crate::work::pause;
 
-/// Ticks of a second, in which a span begins and ends.
+/// Number of ticks in a second; a span begins and ends with a second.
 const TICKS_PER_SECOND: usize = 10;
-/// Seconds of a tick.
+/// Duration of a tick, s.
 const TICK: f64 = 0.1;
 
-/// Ticks: which since the first sample, e, and B by rows.
+/// Ticks: index since the first sample, e, and the rows of B.
 #[derive(Debug, Clone, Copy)]
 pub struct Turned<'a> {
-    /// Increasing.
+    /// Index of each tick, increasing.
     pub number: &'a [usize],
-    /// e.
+    /// Mean rotated field e.
     pub turned: &'a [[f64; 3]],
-    /// B.
+    /// Rows of B.
     pub rotation: &'a [[f64; 9]],
 }
 
-/// Seconds of one hard iron, or of none.
+/// Seconds with one hard iron, or an outlier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece {
     /// First second.
     pub start: usize,
-    /// Past the last one.
+    /// End (exclusive), s.
     pub stop: usize,
-    /// True if nothing is believed of it.
+    /// True for an outlier, whose field is not used.
     pub outlier: bool,
 }
 
 /// Partition of a record, and its cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partition {
-    /// Of all ticks.
+    /// Cost of all ticks.
     pub cost: f64,
-    /// In order.
+    /// Pieces in order.
     pub pieces: Vec<Piece>,
 }
 
-/// The partition of least cost for each walk of the field, in deviations of the noise by √s.
+/// Partition of least cost for each random walk of the field, in standard deviations of the noise
+/// per √s.
 pub fn partition(ticks: &Turned<'_>, noise: f64, walks: &[f64]) -> Vec<Partition> {
     parallel::map(walks.to_vec(), true, |walk| {
         Search::new(ticks, noise, walk * walk * noise * TICK).run()
     })
 }
 
-/// A span that goes on: from which second, its cost, and its filter.
+/// An open span: its first second, its cost, and its filter.
 #[derive(Debug, Clone, Copy)]
 struct Going {
     start: usize,
@@ -76,10 +78,10 @@ struct Search<'a> {
     ticks: &'a Turned<'a>,
     noise: f64,
     walk: f64,
-    /// Least cost of all before each second, and the last piece of it.
+    /// Least cost of everything before each second, and the last piece in it.
     best: Vec<f64>,
     came: Vec<Piece>,
-    /// Cost of each second if it is an outlier.
+    /// Cost of each second as an outlier.
     outlier: Vec<f64>,
     going: Vec<Going>,
 }
@@ -128,7 +130,7 @@ impl<'a> Search<'a> {
         self.best.push(found);
     }
 
-    /// Return the outlier piece of least cost that ends with a second.
+    /// Returns the outlier of least cost that ends with a second.
     fn cheapest_outlier(&self, second: usize) -> (f64, Piece) {
         let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
         for i in ((second + 1).saturating_sub(MAX_OUTLIER_S)..=second).rev() {
@@ -161,7 +163,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The ticks of a second for all spans that go on.
+/// The ticks of a second for all open spans.
 struct Step<'a> {
     going: &'a mut [Going],
     turned: &'a [[f64; 3]],
@@ -177,7 +179,8 @@ impl WithSimd for Step<'_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         for some in self.going.chunks_mut(S::F64_LANES) {
             let mut span = gather::<S>(some);
-            // A second's determinants are a number of ordinary size: one logarithm does for all.
+            // The product of a second's determinants is in the usual range: one logarithm is
+            // enough.
             let (mut product, mut misfit) = (Lane::<S>::of(1.0), Lane::<S>::of(0.0));
             for k in 0..self.turned.len() {
                 let seen = Seen::of(&self.turned[k], &self.rotation[k], self.walked[k], self.noise);
@@ -194,7 +197,7 @@ impl WithSimd for Step<'_> {
     }
 }
 
-/// The median of each axis.
+/// Median of each axis.
 fn median(values: &[[f64; 3]]) -> [f64; 3] {
     core::array::from_fn(|i| {
         let mut axis: Vec<f64> = values.iter().map(|v| v[i]).collect();

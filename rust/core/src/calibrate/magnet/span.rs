@@ -1,4 +1,4 @@
-//! The Kalman filter of one span: hard iron, constant, and the field, which walks.
+//! Kalman filter of one span: constant hard iron, and field with a random walk.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,46 +7,46 @@ use crate::math::validity::{is_size, is_within};
 
 /// Cost of another span, in addition to the evidence of its prior.
 pub const SPAN_COST: f64 = 24.0;
-/// By how much a span may be dearer than the best, and still go on.
+/// Largest additional cost, relative to the best span, of an open span.
 pub const MAX_EXTRA_COST: f64 = 64.0;
-/// Cost of a tick that is an outlier: with a standard deviation of 0.35 an axis, that is 3 (ln
-/// 0.35² + 1). So many seconds in a row at most.
+/// Cost of an outlier tick: with a standard deviation of 0.35 per axis, 3 (ln 0.35² + 1). And the
+/// longest outlier, s.
 pub const OUTLIER_COST: f64 = -3.298_932_746_992_067;
 pub const MAX_OUTLIER_S: usize = 60;
 
-/// Index of a symmetric matrix' element in its six numbers.
+/// Index of an element of a symmetric matrix in its six numbers.
 const SYMMETRIC_INDEX: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
-/// Squared size of an innovation, in its own variances, above which it counts less.
+/// Normalised innovation squared above which a tick has less weight.
 const MAX_FULL_NIS: f64 = 9.0;
 
-/// No number of a filter is larger, fields having a size of about 1.
+/// Largest number in a filter; fields have a size of about 1.
 const MAX_NUMBER: f64 = 1e6;
 
-/// Numbers of a span: hard iron, field, and the covariance of both.
+/// Count of a span's numbers: hard iron, field, and their covariance.
 pub const NUMBERS: usize = 27;
 
-/// Hard iron b and field h, known by `e = B b + h + v`.
+/// Hard iron b and field h, measured by `e = B b + h + v`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Span<T> {
     iron: [T; 3],
     field: [T; 3],
-    /// Covariances: of the iron, of iron (rows) with field, of the field.
+    /// Covariances of the iron, of iron (rows) with field, and of the field.
     irons: [T; 6],
     across: [[T; 3]; 3],
     fields: [T; 6],
 }
 
-/// Cost of a tick: the determinant of its innovation's covariance, of which the logarithm counts,
-/// and the term of the innovation's size.
+/// Cost of a tick: determinant of its innovation's covariance, of which the logarithm is used, and
+/// the term of the innovation's size.
 #[derive(Debug, Clone, Copy)]
 pub struct Cost<T> {
     pub determinant: T,
     pub misfit: T,
 }
 
-/// A tick as a span takes it: e, B, by how much the field has walked since the tick before, and the
-/// variance of an axis.
+/// A tick for a span: e, B, growth of the field's variance since the previous tick, and variance of
+/// an axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<T> {
     pub turned: [T; 3],
@@ -76,18 +76,18 @@ impl<T: Real> Seen<T> {
 }
 
 impl Span<f64> {
-    /// Nothing known but about where the field is.
+    /// Initial state: only the approximate field is known.
     pub fn new(field: [f64; 3]) -> Self {
         let one = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
         Self { iron: [0.0; 3], field, irons: one, across: [[0.0; 3]; 3], fields: one }
     }
 
-    /// The hard iron as it is known now.
+    /// Present estimate of the hard iron.
     pub fn iron(&self) -> [f64; 3] {
         self.iron
     }
 
-    /// True if every number is one of a running filter.
+    /// True if a running filter can have every number.
     pub fn is_valid(&self) -> bool {
         let row = self.row();
         let variances = SYMMETRIC_INDEX.iter().enumerate().map(|(i, at)| at[i]);
@@ -113,7 +113,7 @@ impl AsMut<Self> for Span<f64> {
 }
 
 impl<T: Real> Span<T> {
-    /// That of numbers in a row.
+    /// Span from its numbers in a row.
     #[cfg(feature = "std")]
     #[inline(always)]
     pub fn of(row: &[T; NUMBERS]) -> Self {
@@ -137,7 +137,7 @@ impl<T: Real> Span<T> {
         span
     }
 
-    /// Its numbers in a row.
+    /// Numbers of the span in a row.
     #[inline(always)]
     pub fn row(&self) -> [T; NUMBERS] {
         let mut row = [T::zero(); NUMBERS];
@@ -153,7 +153,7 @@ impl<T: Real> Span<T> {
         row
     }
 
-    /// Takes a tick. What is far off counts with a noise that is larger by as much.
+    /// Processes a tick. An outlier gets a larger noise.
     #[inline(always)]
     pub fn step(&mut self, seen: &Seen<T>) -> Cost<T> {
         let turn = &seen.rotation;
@@ -191,7 +191,7 @@ impl<T: Real> Span<T> {
         Cost { determinant, misfit }
     }
 
-    /// Covariances of iron and field with what is seen.
+    /// Covariances of iron and field with the measurement.
     #[inline(always)]
     fn gains(&self, turn: &[[T; 3]; 3]) -> ([[T; 3]; 3], [[T; 3]; 3]) {
         let (mut of_iron, mut of_field) = ([[T::zero(); 3]; 3], [[T::zero(); 3]; 3]);
@@ -249,7 +249,7 @@ impl<T: Real> Span<T> {
     }
 }
 
-/// The adjoint of a symmetric matrix, and its determinant.
+/// Adjugate of a symmetric matrix, and its determinant.
 #[inline(always)]
 fn inverse<T: Real>(m: &[T; 6]) -> ([T; 6], T) {
     let [a, b, c, d, e, f] = *m;

@@ -1,4 +1,4 @@
-//! Several spans in the lanes of a register.
+//! Several spans in SIMD lanes.
 
 #[cfg(feature = "std")]
 use pulp::{Arch, Simd, WithSimd};
@@ -9,13 +9,13 @@ use super::span::{Cost, Seen, Span};
 #[cfg(feature = "std")]
 use crate::math::{Lane, MAX_LANES, Real};
 
-/// Takes a tick into every span; returns what it costs each.
+/// Processes a tick in every span; returns the cost of each.
 #[cfg(feature = "std")]
 pub fn step_all<const N: usize>(spans: &mut [Span<f64>; N], seen: &Seen<f64>) -> [Cost<f64>; N] {
     Arch::new().dispatch(All { spans, seen })
 }
 
-/// Takes a tick into every span; returns what it costs each.
+/// Processes a tick in every span; returns the cost of each.
 #[cfg(not(feature = "std"))]
 pub fn step_all<const N: usize>(spans: &mut [Span<f64>; N], seen: &Seen<f64>) -> [Cost<f64>; N] {
     spans.each_mut().map(|span| span.step(seen))
@@ -53,7 +53,7 @@ impl<const N: usize> WithSimd for All<'_, N> {
     }
 }
 
-/// The spans, each in a lane of its own, and the last one also in lanes that are left.
+/// The spans, one per lane; the last span is repeated in unused lanes.
 #[cfg(feature = "std")]
 #[inline(always)]
 pub fn gather<S: Simd>(spans: &[impl AsRef<Span<f64>>]) -> Span<Lane<S>> {
@@ -71,7 +71,7 @@ pub fn gather<S: Simd>(spans: &[impl AsRef<Span<f64>>]) -> Span<Lane<S>> {
     Span::of(&lanes)
 }
 
-/// Each lane as the span that it is of.
+/// Copies each lane back to its span.
 #[cfg(feature = "std")]
 #[inline(always)]
 pub fn scatter<S: Simd>(lanes: &Span<Lane<S>>, spans: &mut [impl AsMut<Span<f64>>]) {

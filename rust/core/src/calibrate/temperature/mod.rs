@@ -1,8 +1,8 @@
 //! A gyro's bias and its temperature slope, learned at rest and held in motion.
 //!
-//! Samples are gathered to ticks of a quarter second, in which a [`RestDetector`] sees motion. Each
-//! tick at rest corrects Kalman filters with the state [bias, slope] and H = [1, T - T0], one for
-//! each strength of the bias's random walk; they are weighed by their likelihoods.
+//! Samples form ticks of a quarter second, and a [`RestDetector`] detects motion in them. Each tick
+//! at rest corrects Kalman filters with the state [bias, slope] and H = [1, T - T0]. There is one
+//! filter for each strength of the bias's random walk; they are weighed by their likelihoods.
 
 mod thermometer;
 mod walks;
@@ -18,27 +18,27 @@ use crate::rest::{Event, RestDetector, RestLimits, Tick};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
-/// Largest deviation of the samples.
+/// Largest standard deviation of the samples.
 const MAX_SCALE: f64 = 1e150;
 
-/// Believed of the slope where nothing is given: one deviation of a sample per kelvin.
+/// Prior standard deviation of an unknown slope: one standard deviation of a sample per kelvin.
 const SLOPE_SIGMA: f64 = 1.0;
 
-/// Seconds of the mean bias whose standard deviation is stated.
+/// Span of the mean bias with a stated standard deviation, s.
 const STATED_SECONDS: f64 = 10.0;
 
-/// Parameters; x is the unit of the samples.
+/// Parameters; x is the samples' unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureParams {
     /// Samples per second.
     pub rate: f64,
-    /// Temperature that the bias state belongs to, degC.
+    /// Temperature of the bias state, degC.
     pub reference: f64,
     /// Prior of the slope before any sample, x/K.
     pub slope: Option<f64>,
-    /// Its deviation, x/K; where only a slope is given it holds for certain.
+    /// Standard deviation of `slope`, x/K; without it a stated slope is exact.
     pub slope_sigma: Option<f64>,
-    /// Random walk of the bias, x/√s; learned where it is not given.
+    /// Random walk of the bias, x/√s; `None`: it is learned.
     pub walk: Option<f64>,
     /// Limits of rest.
     pub limits: RestLimits,
@@ -68,28 +68,29 @@ impl TemperatureParams {
         Ok(self)
     }
 
-    /// Deviation of the slope before any sample, if it is known.
+    /// Prior standard deviation of the slope, if it is known.
     fn known_slope_sigma(&self) -> Option<f64> {
         self.slope_sigma.or(self.slope.map(|_| 0.0))
     }
 }
 
-/// Bias at the temperature now, and its slope, of one axis.
+/// Bias at the present temperature, and its slope, of one axis.
 ///
-/// A sample is a rate and a temperature in degC, either NaN where it is missing; what is returned is
-/// the bias after the last tick, zero before the first rest.
+/// A sample is a rate and a temperature in degC; NaN is missing. The output is the bias after the
+/// last tick, zero before the first rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureFilter {
     params: TemperatureParams,
     detector: RestDetector<f64>,
     thermometer: Thermometer,
     samples_seen: u64,
-    /// Largest sample to date: the bias is no larger as long as nothing else is known.
+    /// Largest sample to date: a bound of the bias while nothing else is known.
     reach: f64,
     at_rest: bool,
-    /// Rest has begun.
+    /// True if a rest has begun.
     begun: bool,
-    /// Mean of the first tick at rest, and deviation of its samples: all else is counted in it.
+    /// Mean and standard deviation of the samples in the first tick at rest: origin and unit of all
+    /// states.
     offset: f64,
     scale: f64,
     walks: Walks,
@@ -119,7 +120,7 @@ impl TemperatureFilter {
         })
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &TemperatureParams {
         &self.params
     }
@@ -129,8 +130,9 @@ impl TemperatureFilter {
         self.bias
     }
 
-    /// Standard deviation of the mean bias over the next ten seconds at the temperature now. Before
-    /// the first rest it is the largest sample; while a rest may still be motion, at least the bias.
+    /// Standard deviation of the mean bias over the next ten seconds at the present temperature.
+    /// Before the first rest it is the largest sample. While a rest may be motion, it is at least
+    /// the bias.
     pub fn bias_sigma(&self) -> f64 {
         if self.scale == 0.0 {
             return if self.begun { 0.0 } else { self.reach };
@@ -149,7 +151,7 @@ impl TemperatureFilter {
         }
     }
 
-    /// Its standard deviation; zero where nothing is known of it.
+    /// Standard deviation of the slope; zero before it is known.
     pub fn slope_sigma(&self) -> f64 {
         match self.scale == 0.0 {
             true => self.params.known_slope_sigma().unwrap_or(0.0),
@@ -157,7 +159,7 @@ impl TemperatureFilter {
         }
     }
 
-    /// True if the gyro rests, and the bias is being learned.
+    /// True if the gyro rests and the bias is being learned.
     pub fn at_rest(&self) -> bool {
         self.at_rest
     }
@@ -171,12 +173,12 @@ impl TemperatureFilter {
         self.walks.level(self.kelvin())
     }
 
-    /// From the reference; before the first temperature as if it were that.
+    /// Temperature relative to the reference, zero before the first temperature.
     fn kelvin(&self) -> f64 {
         self.thermometer.kelvin().unwrap_or(0.0)
     }
 
-    /// Assigns all learned before the first temperature to that temperature.
+    /// Assigns everything learned before the first temperature to that temperature.
     fn feel(&mut self) {
         let first = self.thermometer.kelvin().is_none();
         self.thermometer.end_tick();
@@ -208,13 +210,13 @@ impl TemperatureFilter {
         }
     }
 
-    /// Nothing has been learned.
+    /// Forgets everything learned.
     fn forget(&mut self) {
         (self.at_rest, self.begun) = (false, false);
         (self.offset, self.scale, self.walks) = (0.0, 0.0, Walks::none());
     }
 
-    /// The first tick at rest, or the first whose samples differ, gives offset and scale.
+    /// Sets offset and scale by the first tick at rest, or the first tick with differing samples.
     fn start(&mut self, tick: &Tick<f64>, white: f64) {
         (self.begun, self.offset) = (true, tick.mean);
         self.scale = tick.deviation.min(MAX_SCALE);
@@ -228,12 +230,12 @@ impl TemperatureFilter {
         self.walks.begin(0.0, white, self.kelvin());
     }
 
-    /// From the first tick on, in deviations of its samples.
+    /// Rate relative to the first tick, in its samples' standard deviations.
     fn counted(&self, z: f64) -> f64 {
         ((z - self.offset) / self.scale).within(MAX_LEVEL)
     }
 
-    /// Variance that the walk adds in a tick if it is known, in units of the scale.
+    /// Variance that a known random walk adds per tick, in units of the scale.
     fn known_step(&self) -> Option<f64> {
         let seconds = (self.tick_length() / self.params.rate).min(f64::MAX);
         let walk = (self.params.walk? / self.scale).min(MAX_LEVEL);

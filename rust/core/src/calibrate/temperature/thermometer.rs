@@ -4,27 +4,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::validity::{is_sample, is_within};
 
-/// Kelvins from the reference beyond which there is no temperature.
+/// Largest distance from the reference, K; a larger one is missing.
 pub const MAX_KELVIN: f64 = 1e4;
 
-/// Ticks at most over which temperature is averaged, and what is left of them at the next change.
+/// Largest number of ticks in an average of the temperature, and share of the ticks that remains at
+/// the next change.
 const MAX_PACE: f64 = 240.0;
 const PACE_SHARE: f64 = 0.75;
 
-/// Kelvins from the reference, averaged over as many ticks as lie between two changes.
+/// Temperature relative to the reference, K, averaged over the ticks between two changes.
 ///
-/// Of a thermometer of fine steps that is the mean of a tick. One of whole degrees stands still and
-/// jumps while the bias glides: taken as it is, it would show a bias that does not follow.
+/// For a thermometer with fine steps this is the mean of a tick. A thermometer with whole degrees
+/// is constant and then jumps, while the bias changes smoothly. Without the average the bias would
+/// not seem to follow the temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Thermometer {
-    /// The last one raw, and that of the last tick; NaN before them.
+    /// Last raw temperature, and temperature of the last tick; NaN before the first.
     last: f64,
     kelvin: f64,
-    /// Of the tick to date.
+    /// Sum of the present tick.
     sum: f64,
     count: u32,
     changed: bool,
-    /// Ticks since the last change, and those of an average.
+    /// Number of ticks since the last change, and number of ticks in an average.
     since: u32,
     pace: f64,
 }
@@ -42,12 +44,12 @@ impl Thermometer {
         }
     }
 
-    /// That of the last tick; None before the first.
+    /// Temperature of the last tick; `None` before the first.
     pub fn kelvin(&self) -> Option<f64> {
         (!self.kelvin.is_nan()).then_some(self.kelvin)
     }
 
-    /// Takes one that is within the bounds.
+    /// Adds a temperature, if it is in range.
     #[inline(always)]
     pub fn observe(&mut self, kelvin: f64) {
         if kelvin.abs() <= MAX_KELVIN {
@@ -58,7 +60,7 @@ impl Thermometer {
         }
     }
 
-    /// A tick is over.
+    /// Ends a tick.
     pub fn end_tick(&mut self) {
         if self.count > 0 {
             self.since = self.since.saturating_add(1);
@@ -73,9 +75,9 @@ impl Thermometer {
         (self.sum, self.count, self.changed) = (0.0, 0, false);
     }
 
-    /// True if temperatures can have made it, in ticks of so many samples.
+    /// True if temperatures can have led to this state, in ticks of this number of samples.
     pub fn is_valid(&self, length: u32) -> bool {
-        // A mean is off by some roundings.
+        // A mean has some rounding errors.
         let most = MAX_KELVIN * (1.0 + 1e-6);
         is_sample(self.last, MAX_KELVIN)
             && is_sample(self.kelvin, most)

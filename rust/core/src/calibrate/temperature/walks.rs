@@ -1,10 +1,10 @@
-//! Kalman filters of bias and slope that differ in the random walk of the bias, weighed by their
-//! likelihoods (Magill 1965), each with a noise of its own that is learned: the likelihood is
-//! Student's (West & Harrison, *Bayesian Forecasting and Dynamic Models*, 2nd ed. 1997, 4.5, 12.2).
+//! Kalman filters of bias and slope with different random walks of the bias, weighed by their
+//! likelihoods (Magill 1965). Each learns its own noise, and the likelihood is Student's (West &
+//! Harrison, *Bayesian Forecasting and Dynamic Models*, 2nd ed. 1997, 4.5, 12.2).
 //!
-//! Covariances are kept as P = U D Uᵀ with U = [1 u; 0 1] and D = diag(v, c), by Bierman's update
-//! (*Factorization Methods for Discrete Sequential Estimation*, 1977, V.3): v and c never grow by
-//! one, and P is definite whatever the rounding.
+//! Covariances are stored as P = U D Uᵀ with U = [1 u; 0 1] and D = diag(v, c), and updated by
+//! Bierman's method (*Factorization Methods for Discrete Sequential Estimation*, 1977, V.3). A
+//! correction never increases v and c, and P is definite for any rounding.
 #![allow(non_snake_case)]
 
 use nalgebra::ComplexField;
@@ -14,44 +14,44 @@ use super::thermometer::MAX_KELVIN;
 use crate::math::Real;
 use crate::math::validity::{is_size, is_within};
 
-/// Of what is counted in deviations of the noise.
+/// Largest level in standard deviations of the noise.
 pub const MAX_LEVEL: f64 = 1e12;
 pub const MAX_SLOPE: f64 = 1e8;
 const MAX_VARIANCE: f64 = 1e24;
 
-/// Filters: one a decade.
+/// Number of filters: one per decade.
 const WALKS: usize = 8;
 
-/// Variance that a walk adds in one tick, over the white variance of one full tick.
+/// Variance that a walk adds in one tick, over the white variance of a full tick.
 const RATIOS: Each = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// Before any tick the walk's deviation is believed to be half-Cauchy, with this ratio in the middle:
-/// a walk as strong as the noise of five seconds.
+/// Median of the prior ratio. The prior of the walk's standard deviation is half-Cauchy; at the
+/// median, the walk is as strong as the noise of five seconds.
 const MEDIAN_RATIO: f64 = 2.5e-3;
 
-/// Share of the evidence that is left after a tick, and the prior weight of the noise before the
-/// first.
+/// Share of the evidence that remains after a tick, and prior weight of the noise before the first
+/// tick.
 const EVIDENCE_DECAY: f64 = 1.0 - 1.0 / 4000.0;
 const DEGREES_OF_FREEDOM: f64 = 2.0;
 
-/// Least noise, as a variance over that of the first tick.
+/// Smallest noise, as a variance over the first tick's variance.
 const MIN_NOISE: f64 = 1e-12;
 
 type Each = [f64; WALKS];
 
-/// Bias and slope of every walk, counted in deviations of the samples of the first tick.
+/// Bias and slope of every walk, in standard deviations of the samples in the first tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Walks {
     /// Bias at the reference, and slope.
     x: Each,
     k: Each,
-    /// The factors of their covariance, over the noise.
+    /// Factors of the covariance, over the noise.
     u: Each,
     v: Each,
     c: Each,
     evidence: Each,
     degrees: f64,
-    /// Sum of the normalised squared innovations.
+    /// Sum of the squared normalised innovations.
     squares: Each,
 }
 
@@ -63,7 +63,7 @@ pub struct Mixture {
 }
 
 impl Walks {
-    /// Before the first rest.
+    /// State before the first rest.
     pub fn none() -> Self {
         let zero = [0.0; WALKS];
         Self {
@@ -78,7 +78,7 @@ impl Walks {
         }
     }
 
-    /// With a slope of this mean and deviation; `begin` says where the bias is.
+    /// Filters with a slope of this mean and standard deviation; `begin` sets the bias.
     pub fn new(slope: f64, sigma: f64) -> Self {
         let (k, c) = ([slope; WALKS], [sigma * sigma; WALKS]);
         Self {
@@ -90,7 +90,7 @@ impl Walks {
         }
     }
 
-    /// The bias is that of a tick, of this white variance, whatever it was; the slope is what it was.
+    /// Sets the bias to a tick with this white variance, and keeps the slope.
     pub fn begin(&mut self, y: f64, R: f64, d: f64) {
         for m in 0..WALKS {
             self.x[m] = (y - self.k[m] * d).within(MAX_LEVEL);
@@ -106,19 +106,19 @@ impl Walks {
         }
     }
 
-    /// One tick of random walk, of this variance if it is known: of the bias alone.
+    /// Propagates one tick of the bias's random walk, with this variance if it is known.
     pub fn wait(&mut self, known: Option<f64>, length: f64) {
         for m in 0..WALKS {
             self.v[m] = (self.v[m] + self.step(m, known, length)).min(MAX_VARIANCE);
         }
     }
 
-    /// Variance that a walk adds in a tick, over its noise.
+    /// Variance that a walk adds per tick, over its noise.
     fn step(&self, m: usize, known: Option<f64>, length: f64) -> f64 {
         known.map_or(RATIOS[m] / length, |variance| variance / self.noise(m))
     }
 
-    /// Learns from a tick at rest, of white variance R, `d` kelvins from the reference.
+    /// Learns from a tick at rest with white variance R, `d` kelvins from the reference.
     pub fn correct(&mut self, y: f64, R: f64, d: f64) {
         for m in 0..WALKS {
             let (u, v, c) = (self.u[m], self.v[m], self.c[m]);
@@ -139,7 +139,7 @@ impl Walks {
         }
     }
 
-    /// The bias, `d` kelvins from the reference.
+    /// Bias, `d` kelvins from the reference.
     pub fn level(&self, d: f64) -> Mixture {
         self.mixture(|m| {
             let h = self.u[m] + d;
@@ -147,7 +147,7 @@ impl Walks {
         })
     }
 
-    /// The mean bias over the next `ticks`, if it stays `d` kelvins from the reference.
+    /// Mean bias over the next `ticks`, if the temperature stays `d` kelvins from the reference.
     pub fn ahead(&self, d: f64, known: Option<f64>, length: f64, ticks: f64) -> Mixture {
         self.mixture(|m| {
             let h = self.u[m] + d;
@@ -156,17 +156,17 @@ impl Walks {
         })
     }
 
-    /// The slope.
+    /// Slope over all walks.
     pub fn slope(&self) -> Mixture {
         self.mixture(|m| (self.k[m], self.c[m]))
     }
 
-    /// The factor of variances: the noise, over that of the first tick.
+    /// Factor of the variances: noise over the first tick's noise.
     fn noise(&self, m: usize) -> f64 {
         self.squares[m] / self.degrees
     }
 
-    /// Adds an innovation, squared and over its variance, to the evidence and the noise.
+    /// Adds a squared innovation over its variance to the evidence and the noise.
     fn weigh_in(&mut self, m: usize, square: f64, S: f64) {
         let tail = ComplexField::ln_1p(square / self.squares[m]) * (self.degrees + 1.0);
         let spread = tail + ComplexField::ln(S * self.noise(m));
@@ -195,14 +195,14 @@ impl Walks {
         Mixture { mean, sigma: variance.sum::<f64>().simd_sqrt() }
     }
 
-    /// True if ticks can have made it.
+    /// True if ticks can have led to this state.
     pub fn is_valid(&self) -> bool {
         let every = |values: &Each, holds: &dyn Fn(f64) -> bool| values.iter().all(|x| holds(*x));
         let size = |bound: f64| move |x: f64| is_size(x, bound);
         let level = |x: f64| is_within(x, MAX_LEVEL);
         every(&self.x, &level)
             && every(&self.k, &level)
-            // Two readings apart at most.
+            // At most the distance of two readings.
             && every(&self.u, &|u| is_within(u, 3.0 * MAX_KELVIN))
             && every(&self.v, &size(MAX_VARIANCE))
             && every(&self.c, &size(MAX_SLOPE * MAX_SLOPE))

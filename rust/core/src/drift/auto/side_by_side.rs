@@ -1,4 +1,4 @@
-//! Filters past their start-up in the lanes of SIMD registers, one a lane, from tick to tick.
+//! Filters after their start-up in SIMD lanes, one per lane, from tick to tick.
 
 use core::array::from_fn;
 
@@ -11,12 +11,12 @@ use crate::math::{Lane, Laned, Limits, MAX_LANES, Mask, Real, choose};
 use crate::rest::side_by_side::Tickers;
 use crate::stream::Block;
 
-/// Rows and filters for which it pays to put the filters together and to take them apart.
+/// Smallest number of rows for which lanes are faster than single filters.
 const ROWS: usize = 8;
 const FILTERS: usize = 4;
 
 impl AutoFilter<f64> {
-    /// True if its samples may be taken together with those of others.
+    /// True if its samples can be processed in lanes with another filter's samples.
     fn runs_with(&self, other: &Self) -> bool {
         !begins(self.status)
             && self.detector.is_settled()
@@ -51,7 +51,7 @@ impl WithSimd for Together<'_, '_> {
     }
 }
 
-/// Filters that share no register; compiled once, not once for each kind of processor.
+/// Filters that do not share a register; compiled once, not once per kind of processor.
 #[inline(never)]
 fn one_by_one(filters: &mut [AutoFilter<f64>], members: &[usize], block: &mut Block<'_>) {
     for c in members {
@@ -59,7 +59,7 @@ fn one_by_one(filters: &mut [AutoFilter<f64>], members: &[usize], block: &mut Bl
     }
 }
 
-/// Tick by tick: together as far as nothing is rare, and from there to the tick's end one by one.
+/// Processes tick by tick: in lanes until a rare sample, then one by one to the tick's end.
 #[inline(always)]
 fn side_by_side<S: Simd>(
     filters: &mut [AutoFilter<f64>],
@@ -86,12 +86,12 @@ fn side_by_side<S: Simd>(
     }
 }
 
-/// Rows to the end of the tick.
+/// Number of rows to the end of the tick.
 fn rows_left(filters: &[AutoFilter<f64>], members: &[usize]) -> usize {
     filters[members[0]].detector.left() as usize
 }
 
-/// The same, zero if not all filters run.
+/// Number of rows to the end of the tick, zero if not all filters run.
 #[inline(never)]
 fn rows_together(filters: &[AutoFilter<f64>], members: &[usize]) -> usize {
     let first = &filters[members[0]];
@@ -99,7 +99,7 @@ fn rows_together(filters: &[AutoFilter<f64>], members: &[usize]) -> usize {
     if all { rows_left(filters, members) } else { 0 }
 }
 
-/// Ends the tick with its last row for each filter that takes it.
+/// Ends the tick with its last row, for each filter that processes it.
 #[inline(never)]
 fn end_ticks(filters: &mut [AutoFilter<f64>], members: &[usize], row: &mut Block<'_>) {
     for (input, output) in row.rows() {
@@ -113,7 +113,7 @@ fn end_ticks(filters: &mut [AutoFilter<f64>], members: &[usize], row: &mut Block
     }
 }
 
-/// Filters, one a lane; lanes without a filter do what the first one does.
+/// Filters, one per lane; unused lanes repeat the first filter.
 struct Lanes<S: Simd> {
     tickers: Tickers<S>,
     learns: Mask<S>,
@@ -122,7 +122,7 @@ struct Lanes<S: Simd> {
     most: Lane<S>,
     reach: Lane<S>,
     innovation: Lane<S>,
-    /// Size of a sample that is at the end of the sensor's range.
+    /// Saturation level of a sample.
     limit: Lane<S>,
     compensated: bool,
 }
@@ -147,7 +147,7 @@ impl<S: Simd> Lanes<S> {
         }
     }
 
-    /// Takes so many rows, or as many as are there before a rare one; returns how many.
+    /// Processes up to this number of rows, until a rare row; returns the number of rows.
     #[inline(always)]
     fn process(
         mut self,
@@ -176,7 +176,7 @@ impl<S: Simd> Lanes<S> {
         taken
     }
 
-    /// Gives the samples to the tickers, if none of them is rare.
+    /// Gives the samples to the tickers, if no sample is rare.
     #[inline(always)]
     fn takes(&mut self, z: Lane<S>) -> bool {
         let usual = z.finite() & z.simd_abs().simd_lt(self.limit);
@@ -195,7 +195,7 @@ impl<S: Simd> Lanes<S> {
         if self.compensated { (z - self.estimate).within(most) } else { self.estimate }
     }
 
-    /// Gives a filter back what is its own, after so many samples.
+    /// Copies a lane's state back to its filter, after this number of samples.
     #[inline(always)]
     fn leave(&self, lane: usize, samples: usize, filter: &mut AutoFilter<f64>) {
         if samples == 0 {
@@ -221,8 +221,8 @@ mod tests {
 
     const CHANNELS: usize = 11;
 
-    /// Channels of noise, each with what is rare in it: coarse steps, lost samples, far ones, motion,
-    /// a sensor that is stuck, one at its range's end, one that is off.
+    /// Channels of noise, each with one rare event: coarse steps, lost samples, outliers, motion, a
+    /// stuck sensor, a saturated sensor, a sensor that is off.
     fn rows(count: usize, seed: u64) -> Vec<f64> {
         let mut state = seed;
         let mut random = || {

@@ -6,7 +6,7 @@ use crate::math::validity::{is_count, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 impl<T: DriftNumber> AutoFilter<T> {
-    /// True if samples can have made it of `fresh`.
+    /// True if samples can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         is_count(self.samples_seen)
             && self.detector.is_valid()
@@ -19,7 +19,7 @@ impl<T: DriftNumber> AutoFilter<T> {
             && self.tally.is_within(self.samples_seen, self.detector.pending())
     }
 
-    /// While no drift is known, there is a model only from before the sensor was switched on.
+    /// While no drift is known, a model exists only from before the sensor was switched on.
     fn has_model(&self) -> bool {
         let length = T::of(f64::from(self.detector.tick_length()));
         match &self.model {

@@ -1,4 +1,4 @@
-//! Published filters past their start-up in the lanes of SIMD registers, one a lane.
+//! Published filters after their start-up in SIMD lanes, one filter per lane.
 
 use core::array::from_fn;
 
@@ -27,7 +27,7 @@ laned!(DriftLoop [N, M]
     common { adapts_measurement_noise, adapts_process_noise, learning_left });
 
 /// Common properties of filters that take the same branches for a number of samples: method, noise,
-/// samples to learn, and times at which scales are checked. None before the start-up is over.
+/// samples to learn, and times of scale checks. `None` during the start-up.
 type Phase = Option<(Method, AllanKind, u64, u64)>;
 
 impl<const N: usize, const M: usize> DriftFilter<f64, N, M> {
@@ -69,7 +69,7 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
 }
 
 impl<const N: usize, const M: usize> Together<'_, '_, N, M> {
-    /// Phases and places of the filters, those of one phase side by side.
+    /// Phases and indices of the filters, sorted by phase.
     fn sorted(&self) -> Vec<(Phase, usize)> {
         let samples = self.block.n_rows::<DriftFilter<f64, N, M>>() as u64;
         let phases = self.filters.iter().map(|filter| filter.phase(samples));
@@ -79,7 +79,7 @@ impl<const N: usize, const M: usize> Together<'_, '_, N, M> {
     }
 }
 
-/// Filters that share no register; compiled once, not once for each kind of processor.
+/// Filters that do not share a register; compiled once, not once per kind of processor.
 #[inline(never)]
 fn one_by_one<const N: usize, const M: usize>(
     filters: &mut [DriftFilter<f64, N, M>],
@@ -91,7 +91,7 @@ fn one_by_one<const N: usize, const M: usize>(
     }
 }
 
-/// True if a row proves the scale of one of the filters wrong.
+/// True if a row proves the scale of a filter wrong.
 #[inline(never)]
 fn disproves<const N: usize, const M: usize>(
     filters: &mut [DriftFilter<f64, N, M>],
@@ -105,7 +105,7 @@ fn disproves<const N: usize, const M: usize>(
     any
 }
 
-/// Filters in one phase, one a lane; lanes without a filter do what the first one does.
+/// Filters in one phase, one per lane; unused lanes repeat the first filter.
 struct Lanes<S: Simd, const N: usize, const M: usize> {
     inner: DriftLoop<Lane<S>, N, M>,
     scaling: Scaling<Lane<S>>,
@@ -115,7 +115,7 @@ struct Lanes<S: Simd, const N: usize, const M: usize> {
 }
 
 impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
-    /// The filters at these places, if they are several and their start-up is over.
+    /// The filters at these indices, if there are several and their start-up is over.
     #[inline(always)]
     fn of(filters: &[DriftFilter<f64, N, M>], members: &[usize]) -> Option<Self> {
         let [first, _, ..] = members else { return None };
@@ -129,7 +129,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         Some(Self { inner, scaling, estimate, seen, guarded: !seen })
     }
 
-    /// Takes rows until the scale of one of them is proved wrong; returns how many.
+    /// Processes rows until a row proves a scale wrong; returns the number of rows.
     #[inline(always)]
     fn process(
         mut self,
@@ -162,7 +162,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
     fn step(&mut self, z: Lane<S>) -> Lane<S> {
         self.seen = z.finite();
         let y = self.scaling.normalise(z);
-        // The same step twice, so that the compiler drops the masks from the first.
+        // The step is written twice: the compiler drops the masks from the first.
         let (y, guarded) = match self.seen.all() {
             true => self.inner.step(y, Mask::every()),
             false => self.inner.step(y, self.seen),
@@ -172,7 +172,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         self.estimate
     }
 
-    /// Gives a filter back what is its own, after so many samples.
+    /// Copies a lane's state back to its filter, after this number of samples.
     #[inline(always)]
     fn leave(&self, lane: usize, samples: u64, filter: &mut DriftFilter<f64, N, M>) {
         let learning_left = filter.inner.learning_left.saturating_sub(samples);

@@ -5,7 +5,7 @@ use crate::math::validity::{is_count, is_size, is_within};
 use crate::math::{Limits, Real};
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
-    /// True if at most `samples_seen` samples can have made it of `fresh`.
+    /// True if at most `samples_seen` samples can have changed `fresh` to this state.
     pub(super) fn is_after(&self, fresh: &Self, samples_seen: u64) -> bool {
         self.law == fresh.law
             && self.exit == fresh.exit

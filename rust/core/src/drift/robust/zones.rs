@@ -1,21 +1,21 @@
-//! The three zones of the innovation: which samples are taken, bounded or left out.
+//! The three zones of the innovation: accepted, bounded and rejected samples.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, require};
 use crate::math::{Limits, Real};
 
-/// The radii of the zones.
+/// Radii of the zones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Zones {
-    /// As printed: the variance of all innovations to date, in the unit of the samples, is held
-    /// against an innovation, and three quarters of it. Nothing ends a row of outliers.
+    /// As in the paper: an innovation is compared with the variance of all innovations to date, in
+    /// the samples' unit, and with three quarters of it. A run of outliers has no end.
     Published,
-    /// (κ, β): κ deviations of the accepted innovations, and β of these.
+    /// (κ, β): κ standard deviations of the accepted innovations, and β times this radius.
     Deviations(f64, f64),
 }
 
-/// β of the published radii, of which the source says only that it lies between 0 and 1.
+/// β of the published radii; the source says only that it is between 0 and 1.
 const BETA: f64 = 0.75;
 
 /// The range of the zones, in words.
@@ -27,10 +27,10 @@ pub(in crate::drift) const ZONES_EXPECTED: &str =
 pub struct RobustParams {
     /// Bounds of innovations that are too large.
     pub zones: Zones,
-    /// α, the part of the gain that is left to a sample of the outer zone.
+    /// α, the share of the gain that is applied to a sample of the outer zone.
     pub damping: f64,
-    /// γ, the part of an innovation of the middle zone that the prediction moves by; where it is
-    /// zero, such an innovation is bounded instead.
+    /// γ, the share of a middle-zone innovation that moves the prediction. With zero such an
+    /// innovation is bounded instead.
     pub correction: f64,
 }
 
@@ -44,7 +44,7 @@ impl RobustParams {
     /// The parameters, if each is in its range.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is not.
+    /// [`Error::Parameter`] for the first parameter out of range.
     pub fn validate(self) -> Result<Self, Error> {
         if let Zones::Deviations(kappa, beta) = self.zones {
             require(kappa > 0.0 && kappa.is_finite(), "zones", ZONES_EXPECTED, kappa)?;
@@ -55,8 +55,9 @@ impl RobustParams {
         Ok(self)
     }
 
-    /// By how much of `S K Kᵀ` a sample of the outer zone lowers the covariance: as printed, or
-    /// by Joseph's form, which alone is right for a gain that is not the Kalman gain.
+    /// Share of `S K Kᵀ` by which a sample of the outer zone lowers the covariance: as in the
+    /// paper, or in Joseph's form. Only Joseph's form is correct for a gain other than the Kalman
+    /// gain.
     pub(super) fn fall(&self) -> f64 {
         match self.zones {
             Zones::Published => self.damping,
@@ -69,52 +70,53 @@ fn check_share(name: &'static str, share: f64) -> Result<(), Error> {
     require((0.0..=1.0).contains(&share), name, "from 0 to 1", share)
 }
 
-/// Seconds, and samples at least, of outliers of one sign that are none.
+/// Duration, and smallest number, of outliers with one sign that are accepted as a step.
 const EXIT_SECONDS: f64 = 0.03;
 const EXIT_SAMPLES: f64 = 3.0;
 
-/// As many times that are none whatever their signs.
+/// Factor of that duration for outliers with any sign.
 const EXIT_ANY_SIGN_FACTOR: i64 = 10;
 
-/// Accepted innovations after which one counts for 1/e: enough to know their deviation to seven
-/// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
+/// Number of accepted innovations after which an innovation has the weight 1/e. The standard
+/// deviation is then known to seven percent, and a motion or accepted outliers are forgotten within
+/// seconds.
 const TIME_CONSTANT_INNOVATIONS: f64 = 100.0;
 
 /// Verdict on a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verdict<T> {
-    /// The Kalman filter takes it.
+    /// The sample is accepted.
     Taken,
-    /// As if its innovation were this.
+    /// The sample is processed with this innovation instead of its own.
     Bounded(T),
-    /// The prediction moves by so much, then the filter takes it.
+    /// The prediction moves by this value, then the sample is accepted.
     Corrected(T),
-    /// An outlier: what is left of the gain, and of `S K Kᵀ` in the fall of the covariance.
+    /// An outlier: remaining share of the gain, and of `S K Kᵀ` in the decrease of the covariance.
     Damped(T, T),
     /// The outliers are a step of the signal.
     Exit,
 }
 
-/// Innovations to date, which the class of the next one rests on.
+/// Statistics of the innovations to date, for the class of the next innovation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
     pub law: RobustParams,
-    /// Outliers of one sign that are none.
+    /// Number of outliers with one sign that are accepted as a step.
     pub exit: i64,
-    /// Taken innovations: E and V.
+    /// Moments of the accepted innovations: E and V.
     pub taken: Moments<T>,
-    /// Outliers since the last taken one.
+    /// Moments of the outliers since the last accepted innovation.
     pub outliers: Moments<T>,
-    /// Of these the last ones of one sign, below zero if that is negative.
+    /// Number of last outliers with one sign; negative if the sign is negative.
     pub row: i64,
-    /// The last sample was one.
+    /// True if the last sample was an outlier.
     pub outlier: bool,
     pub outlier_count: u64,
     pub exit_count: u64,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
-    /// Before the first innovation; the parameters are checked.
+    /// State before the first innovation; the parameters are checked.
     pub fn new(law: RobustParams, rate: f64) -> Self {
         Self {
             law,
@@ -128,14 +130,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// Forgets all innovations, but not how often what happened.
+    /// Forgets all innovations, but keeps the counts.
     pub fn restart(&mut self) {
         self.taken = Moments::none();
         self.accept();
     }
 
-    /// Classify the innovation `e`, of which the filter expects the variance `S`, its own prediction's
-    /// `P` in it; `scale` leads to the unit of the samples.
+    /// Classifies the innovation `e`. `S` is its expected variance, and `P` the prediction's share
+    /// of `S`. `scale` converts to the samples' unit.
     #[inline(always)]
     pub fn classify(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
         self.outlier = false;
@@ -152,7 +154,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         if self.taken.count == T::zero() {
             self.begin(S);
         }
-        // What the filter is unsure of, after a gap or a step, is no outlier.
+        // An uncertainty of the filter, after a gap or a step, does not make an outlier.
         let outer = kappa * self.taken.variance.at_least(P).simd_sqrt();
         let inner = beta * outer;
         let distance = e.simd_abs() - self.taken.mean.simd_abs();
@@ -189,8 +191,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         Verdict::Damped(T::of(self.law.damping), T::of(self.law.fall()))
     }
 
-    /// An outlier, or the last of so many that they are none: then the innovations start again,
-    /// with the scatter of these, if that is more than the filter expects.
+    /// An outlier, or the last outlier of a step. After a step the innovations start again, with
+    /// the outliers' variance if it exceeds the filter's expectation.
     fn refuse(&mut self, e: T, S: T) -> Verdict<T> {
         self.outliers.observe(e, T::MAX);
         let same_sign = (e > T::zero()) == (self.row > 0);
@@ -215,14 +217,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.taken = Moments { count: T::of(self.exit as f64), mean: T::zero(), variance };
     }
 
-    /// Ends a row of outliers.
+    /// Ends a run of outliers.
     #[inline(always)]
     fn accept(&mut self) {
         self.outliers = Moments::none();
         self.row = 0;
     }
 
-    /// A bound of all variances of innovations.
+    /// Upper bound of all variances of innovations.
     pub fn most() -> T {
         let innovation = T::MAX_INPUT * T::of(16.0);
         innovation * innovation
@@ -232,7 +234,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 /// Recursive mean and variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Moments<T> {
-    /// Number of samples behind them.
+    /// Number of samples in the moments.
     pub count: T,
     pub mean: T,
     pub variance: T,
@@ -243,7 +245,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Moments<T> {
         Self { count: T::zero(), mean: T::zero(), variance: T::zero() }
     }
 
-    /// Takes one more; all weigh the same until there are as many as the memory.
+    /// Adds a value. All values have equal weight until their count reaches the time constant.
     #[inline(always)]
     fn observe(&mut self, e: T, memory: T) {
         self.count = (self.count + T::one()).at_most(memory);

@@ -6,7 +6,7 @@ use crate::math::{Limits, Real};
 use crate::rest::MIN_SAMPLES;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// True if ticks of `length` samples can have made it.
+    /// True if ticks of `length` samples can have led to this state.
     pub(crate) fn is_valid(&self, length: T, known_scale: Option<f64>, rate: f64) -> bool {
         let reach = self.scaling.reach() + self.scaling.reach();
         let fresh = Self::new(self.scaling, length, T::one(), rate);
@@ -36,7 +36,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
     fn is_after(&self, fresh: &Self, reach: T) -> bool {
         self.length == fresh.length
             && is_size(self.elapsed, self.length)
-            // Those of a tick before it, and a few more, may have waited for each tick.
+            // Samples of the previous tick, and a few more, may have waited for each tick.
             && is_size(self.present, self.elapsed * T::of(2.0 + f64::from(MIN_SAMPLES)))
             && (self.present == T::zero() || self.present >= T::one())
             && is_within(self.sum, reach * self.present)
@@ -44,7 +44,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
-    /// True if a model can have reported it.
+    /// True if a model can have reported this drift.
     pub(crate) fn is_valid(&self) -> bool {
         is_size(self.gain, T::one()) && is_size(self.most, T::MAX_RAW)
     }

@@ -1,18 +1,18 @@
-//! Sums of the products of columns, some of which are others shifted in time.
+//! Sums of the products of columns; some columns are others shifted in time.
 
 use pulp::{NullaryFnOnce, Simd};
 
 use super::MAX_ORDER;
 
-/// Samples in a block: with all lines at order 3 it stays in the first cache.
+/// Number of samples in a block: with all lines at order 3 it stays in the first-level cache.
 pub const BLOCK: usize = 512;
-/// Values of the block before, in front of a block.
+/// Number of values of the previous block, stored before a block.
 pub const HISTORY: usize = 2 * MAX_ORDER;
 
-/// A block of one sequence and the end of the block before.
+/// A block of one sequence, after the end of the previous block.
 pub type Line = [f64; HISTORY + BLOCK];
 
-/// Derivatives by all coefficients and the constant, and the residual.
+/// Number of columns: derivatives by all coefficients and the constant, and the residual.
 pub const COLUMNS: usize = 2 * MAX_ORDER + 2;
 
 /// Sums of the products of any two columns.
@@ -23,11 +23,11 @@ const EMPTY: Line = [0.0; HISTORY + BLOCK];
 /// Sums of a pass over a record.
 #[derive(Debug, Clone)]
 pub struct Sums {
-    /// Of any two columns, the lower triangle.
+    /// Products of any two columns, in the lower triangle.
     pub products: Products,
-    /// Of the residuals and their second derivatives by `φ_i` and `θ_j`, at i + j.
+    /// Products of the residuals and their second derivatives by `φ_i` and `θ_j`, at i + j.
     pub phi_curvatures: [f64; HISTORY + 1],
-    /// Half of those by `θ_i` and `θ_j`, at i + j.
+    /// Half of the products with second derivatives by `θ_i` and `θ_j`, at i + j.
     pub theta_curvatures: [f64; HISTORY + 1],
 }
 
@@ -39,7 +39,7 @@ impl Default for Sums {
     }
 }
 
-/// Columns of a block of `n` samples: lines, late by 0 to [`HISTORY`] samples.
+/// Columns of a block of `n` samples: lines, delayed by 0 to [`HISTORY`] samples.
 #[derive(Debug)]
 pub struct Columns<'a> {
     lines: [(&'a Line, usize); COLUMNS],
@@ -59,8 +59,8 @@ impl<'a> Columns<'a> {
         self.count += 1;
     }
 
-    /// A product of two columns that are both one sample later than the columns before them is
-    /// that of those but for its two ends; only the others are summed.
+    /// If two columns are each one sample later than two earlier columns, their product equals the
+    /// earlier product except for its ends. Only other products are summed.
     #[inline(always)]
     pub fn add_products<S: Simd>(&self, simd: S, total: &mut Products) {
         let mut block = [[0.0; COLUMNS]; COLUMNS];
@@ -75,7 +75,7 @@ impl<'a> Columns<'a> {
                 }
                 continue;
             }
-            // Shifts that stand behind need their products with this column, too.
+            // Later shifts need their products with this column, too.
             let reach = self.shifts_end().max(i + 1);
             let mut row = [0.0; COLUMNS];
             against(simd, slices[i], &slices[..reach], &mut row[..reach]);
@@ -106,7 +106,7 @@ impl<'a> Columns<'a> {
         (0..self.count).rfind(|i| self.is_shift(*i)).map_or(0, |i| i + 1)
     }
 
-    /// First product of the shifted pair less the last one of the pair before.
+    /// First product of the shifted pair minus last product of the earlier pair.
     #[inline(always)]
     fn ends(&self, i: usize, j: usize) -> f64 {
         let ((a, late_a), (b, late_b)) = (self.lines[i], self.lines[j]);
@@ -115,10 +115,10 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// As many sums as the registers hold next to their factors.
+/// Number of sums that registers hold in addition to the factors.
 const REGISTER_SUMS: usize = 8;
 
-/// Puts the sums of the products of `a` with each of `others` into `out`.
+/// Writes the sums of the products of `a` with each of `others` to `out`.
 pub fn against<S: Simd>(simd: S, a: &[f64], others: &[&[f64]], out: &mut [f64]) {
     simd.vectorize(Against { simd, a, others, out });
 }

@@ -12,7 +12,7 @@ use super::partial::{self, MAX_COORDINATE, from_free, negated, to_nearest_free};
 use super::series::Series;
 use crate::work;
 
-/// ARMA(p, q) on one record; a point is `φ`, the free coordinates of `θ`, and the constant.
+/// ARMA(p, q) on one record; a point has `φ`, the free coordinates of `θ`, and the constant.
 #[derive(Debug, Clone)]
 pub struct Conditional<'a> {
     series: &'a Series,
@@ -25,14 +25,14 @@ pub struct Conditional<'a> {
 }
 
 impl<'a> Conditional<'a> {
-    /// Every segment gives up its first `skip` samples, at least `p`.
+    /// Each segment omits its first `skip` samples, at least `p`.
     pub fn new(series: &'a Series, p: usize, q: usize, has_constant: bool, skip: usize) -> Self {
         let mut bounds = vec![f64::INFINITY; p + q + usize::from(has_constant)];
         bounds[p..p + q].fill(MAX_COORDINATE);
         Self { series, p, q, has_constant, skip, bounds, arch: Arch::new() }
     }
 
-    /// The same residuals of another order.
+    /// The same residuals for another order.
     pub fn of_order(&self, p: usize, q: usize) -> Self {
         Self::new(self.series, p, q, self.has_constant, self.skip)
     }
@@ -45,7 +45,7 @@ impl<'a> Conditional<'a> {
         coefficients
     }
 
-    /// The point of `[φ, θ, c]`, `θ` brought inside the unit circle if it is not there.
+    /// The point of `[φ, θ, c]`; `θ` is moved inside the unit circle if necessary.
     pub fn point(&self, coefficients: &[f64]) -> Vec<f64> {
         let free = to_nearest_free(&negated(&coefficients[self.p..self.p + self.q]));
         let mut point = coefficients.to_vec();
@@ -76,12 +76,12 @@ impl<'a> Conditional<'a> {
         }
     }
 
-    /// Normal equations at a point from the sums of a pass there, whoever made it.
+    /// Normal equations at a point from the sums of a pass at this point.
     pub fn at_point(&self, point: &[f64], sums: &Sums) -> Normal {
         self.in_free(point, self.of_sums(sums))
     }
 
-    /// Normal equations in `[φ, θ, c]`, in the coordinates of a point.
+    /// Normal equations in `[φ, θ, c]`, converted to the coordinates of a point.
     fn in_free(&self, point: &[f64], natural: Normal) -> Normal {
         let (corner, size) = ((self.p, self.p), (self.q, self.q));
         let free = &point[self.p..self.p + self.q];
@@ -103,7 +103,7 @@ impl<'a> Conditional<'a> {
         }
     }
 
-    /// Sums of the squares alone at points of an order with a moving average, many in one pass.
+    /// Sums of squares only, at points of an order with a moving average, many in one pass.
     pub fn sums_of_squares(&self, points: &[Vec<f64>]) -> Vec<f64> {
         let all: Vec<_> = points.iter().map(|point| self.coefficients(point)).collect();
         match self.q {
@@ -142,17 +142,17 @@ impl Problem for Conditional<'_> {
     }
 }
 
-/// Residuals of several models of one order at once, one in each lane.
+/// Residuals of several models of one order at once, one model per lane.
 #[derive(Debug, Clone, Copy)]
 struct Trials<'a, const Q: usize> {
     problem: &'a Conditional<'a>,
     all: &'a [Vec<f64>],
 }
 
-/// Vectors of lanes in step: one alone would wait for its own additions.
+/// Number of vectors that advance together: a single one would wait for its own additions.
 const PACKS: usize = 2;
 
-/// The most lanes that all vectors have together.
+/// Largest number of lanes in all vectors together.
 const LANES: usize = 8 * PACKS;
 
 impl<const Q: usize> WithSimd for Trials<'_, Q> {
@@ -219,7 +219,7 @@ impl<const Q: usize> Trials<'_, Q> {
     }
 }
 
-/// Minus the coefficients at one place of some models, one a lane; zero where there is none.
+/// Minus the coefficients with one index, one model per lane; zero for unused lanes.
 #[inline(always)]
 fn negated_lanes<S: Simd>(simd: S, models: &[Vec<f64>], index: usize) -> [S::f64s; PACKS] {
     let mut lanes = [0.0; LANES];
@@ -233,7 +233,7 @@ fn negated_lanes<S: Simd>(simd: S, models: &[Vec<f64>], index: usize) -> [S::f64
     packs
 }
 
-/// Adds the sums of a block, so that a million squares sum up precisely.
+/// Adds the sums of a block: a million squares are then summed precisely.
 #[inline(always)]
 fn add_lanes<S: Simd>(simd: S, sums: &[S::f64s; PACKS], total: &mut [f64; LANES]) {
     let mut lanes = [0.0; LANES];
@@ -245,7 +245,7 @@ fn add_lanes<S: Simd>(simd: S, sums: &[S::f64s; PACKS], total: &mut [f64; LANES]
     }
 }
 
-/// Size at which an impulse no longer counts next to noise of unit size.
+/// Size below which an impulse has no effect next to noise of unit size.
 const MIN_IMPULSE: f64 = 1e-18;
 
 /// One pass over a record: residuals, their derivatives, and all products of these.
@@ -278,7 +278,7 @@ impl Lines {
         Self { e: zero, u: zero, v: zero, w: zero, x: zero, g: zero, h: zero }
     }
 
-    /// Keeps the end of a block of `n` samples as the history of the next.
+    /// Stores the end of a block of `n` samples as the history of the next block.
     #[inline(always)]
     fn shift_history(&mut self, n: usize) {
         for line in self.all() {
@@ -309,9 +309,9 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
 }
 
 impl<const Q: usize> Sweep<'_, Q> {
-    /// Samples before a segment are zero: at the mean of the record, and without innovations. Were
-    /// a single sample used as the level, its noise would stay as long as the drift's, and no
-    /// faint drift would be worth it.
+    /// Samples before a segment are zero: at the mean of the record, and without innovations. With
+    /// a single sample as level, its noise would last as long as the drift's noise, and a faint
+    /// drift would never be accepted.
     #[inline(always)]
     fn add_segment<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {
         let recursion = Recursion::<S, Q>::new(simd, self.theta);
@@ -344,7 +344,7 @@ impl<const Q: usize> Sweep<'_, Q> {
         }
     }
 
-    /// `y_t` for `u`, and what the residual would be without moving average for `e`.
+    /// `y_t` for `u`, and for `e` the residual without the moving average.
     #[inline(always)]
     fn put_inputs(&self, y: &[f64], start: usize, n: usize, lines: &mut Lines) {
         lines.u[HISTORY..HISTORY + n].copy_from_slice(&y[start..start + n]);
@@ -387,7 +387,7 @@ impl<const Q: usize> Sweep<'_, Q> {
     }
 }
 
-/// Adds the sums of the products of `e` and a line that is late by 2 to `highest` samples.
+/// Adds the sums of the products of `e` and a line delayed by 2 to `highest` samples.
 #[inline(always)]
 fn add_lagged<S: Simd>(
     simd: S,
@@ -420,7 +420,7 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
         Self { simd, minus_theta }
     }
 
-    /// Filters lines in place, all in step: each alone would wait for its own additions.
+    /// Filters lines in place, all together: a single line would wait for its own additions.
     #[inline(always)]
     fn run<const K: usize>(&self, lines: [&mut Line; K], n: usize) {
         let mut past: [_; K] = std::array::from_fn(|k| last(lines[k]));
@@ -431,7 +431,8 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
         }
     }
 
-    /// Filters `e` into `e`, that into `v` and that into `w`; `u` into `u` and that into `x`.
+    /// Filters `e` into `e`, the result into `v` and this into `w`; `u` into `u`, and the result
+    /// into `x`.
     #[inline(always)]
     fn run_repeatedly(&self, [e, v, w]: [&mut Line; 3], [u, x]: [&mut Line; 2], n: usize) {
         let (mut past_e, mut past_v, mut past_w) = (last(e), last(v), last(w));
@@ -445,7 +446,7 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
         }
     }
 
-    /// The newest value is multiplied last: the next step waits for nothing else.
+    /// The newest value is multiplied last: the next step waits only for it.
     #[inline(always)]
     fn step(&self, input: f64, past: &mut [f64; Q]) -> f64 {
         let mut output = input;
@@ -461,7 +462,7 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
         output
     }
 
-    /// `a b + c`, rounded once where the processor can, as it does on its wide registers.
+    /// `a b + c`, rounded once if the processor can, as its wide registers do.
     #[inline(always)]
     fn fuse(&self, a: f64, b: f64, c: f64) -> f64 {
         let _ = self.simd;

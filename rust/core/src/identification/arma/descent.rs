@@ -17,11 +17,11 @@ pub trait Problem {
 /// End of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// At a minimum, as far as rounding can tell.
+    /// At a minimum, to rounding.
     Minimum,
-    /// Given up: it leads to a place that is known.
+    /// Given up: it leads to a known minimum.
     Abandoned,
-    /// Before it found a minimum.
+    /// Stopped before it found a minimum.
     Unfinished,
 }
 
@@ -38,29 +38,29 @@ pub struct Descent {
 /// Conditions for a stop.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
-    /// Length of a Newton step in standard errors.
+    /// Length of a Newton step, in standard errors, at which the search ends.
     pub step: f64,
     pub evaluations: usize,
-    /// Passes after which a search has to be lower by [`MIN_DECREASE`]: where roots cancel each other, the
-    /// sum of squares is a valley without an end.
+    /// Number of passes in which a search must decrease by [`MIN_DECREASE`]. If roots cancel each
+    /// other, the sum of squares has a valley without an end.
     pub patience: usize,
 }
 
-/// Variances of a residual: no criterion of order tells so little from nothing.
+/// Smallest useful decrease in variances of a residual: below it no criterion of order
+/// distinguishes models.
 const MIN_DECREASE: f64 = 1e-2;
 
-/// Sums of squares whose relative difference is less are equal: what rounding makes of a million
-/// terms.
+/// Relative difference below which sums of squares are equal: rounding of a million terms.
 const ROUNDING: f64 = 1e-12;
-/// Largest move of a coordinate in a step; none needs more where the model is good.
+/// Largest move of a coordinate in a step; good models need no larger move.
 const MAX_MOVE: f64 = 3.0;
-/// The first radius, in deviations of the residuals: a coefficient moves by that much.
+/// Initial radius, in standard deviations of the residuals: the resulting move of a coefficient.
 const INITIAL_RADIUS: f64 = 0.3;
-/// Steps shorter than this part of it go nowhere.
+/// Smallest step as a share of the radius.
 const MIN_STEP: f64 = 1e-12;
 
-/// Descends from `start`, unless `is_futile` says at some point, given the decrease that the model
-/// predicts from there, that it is of no use.
+/// Descends from `start`. The search ends early if `is_futile` is true for a point and the decrease
+/// that the model predicts there.
 pub fn minimise(
     problem: &impl Problem,
     start: Vec<f64>,
@@ -91,15 +91,15 @@ pub fn minimise(
         }
         radius = advance(&mut at, problem, &model.step(radius), radius);
     }
-    // Along a direction that hardly matters rounding may keep a search from its end.
+    // Along a direction with little effect, rounding may keep a search from its end.
     let decrease = at.normal.model(&find_frozen(&at, problem.bounds())).largest_decrease();
     let is_level = decrease <= ROUNDING * at.normal.sum_of_squares;
     Descent { end: if is_level { End::Minimum } else { End::Unfinished }, ..at }
 }
 
 impl Descent {
-    /// The minimum that the model predicts: from the end of a search, a step too short to be worth
-    /// a pass.
+    /// Minimum predicted by the model at the end of a search: the step is too short for another
+    /// pass.
     pub fn predicted_minimum(&self, problem: &impl Problem) -> Vec<f64> {
         let model = self.normal.model(&find_frozen(self, problem.bounds()));
         match self.end {
@@ -109,7 +109,7 @@ impl Descent {
     }
 }
 
-/// Takes the step if that leads no higher, and returns the radius of the next one.
+/// Makes the step if the sum does not increase, and returns the radius of the next step.
 fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -> f64 {
     let point = move_point(&at.point, step, problem.bounds());
     let normal = problem.normal(&point);
@@ -127,7 +127,7 @@ fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -
     }
 }
 
-/// Coordinates on their bound from which the sum of squares falls only beyond it.
+/// Coordinates on their bound for which the sum of squares decreases only beyond it.
 fn find_frozen(at: &Descent, bounds: &[f64]) -> Vec<bool> {
     let outward = |i: usize| at.normal.descent[i] * at.point[i] >= 0.0;
     (0..bounds.len()).map(|i| at.point[i].abs() >= bounds[i] && outward(i)).collect()
@@ -151,13 +151,13 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// A matrix alone, to be inverted.
+    /// Only a matrix, for its inverse.
     pub fn of_gram(gram: DMatrix<f64>) -> Self {
         let (descent, curvature) = (DVector::zeros(gram.nrows()), gram.map(|_| 0.0));
         Self { gram, curvature, descent, sum_of_squares: 0.0 }
     }
 
-    /// The same in other coordinates, of whose change `slopes` are the derivatives.
+    /// The normal equations in other coordinates; `slopes` are the derivatives of the change.
     pub fn transform(&self, slopes: &DMatrix<f64>) -> Self {
         Self {
             gram: slopes.tr_mul(&self.gram) * slopes,
@@ -167,7 +167,7 @@ impl Normal {
         }
     }
 
-    /// The quadratic model in coordinates of unit curvature each; the `frozen` ones stay.
+    /// The quadratic model in coordinates of unit curvature; the `frozen` coordinates are constant.
     pub fn model(&self, frozen: &[bool]) -> Model {
         let scale = scale(&self.gram);
         let free = |i: usize| if frozen[i] { 0.0 } else { scale[i] };
@@ -189,8 +189,8 @@ impl Normal {
         step.dot(&(&self.gram * step))
     }
 
-    /// Inverse of `JᵀJ`, and its condition number once scaled to a unit diagonal. What rounding
-    /// leaves undetermined is finite, and huge.
+    /// Inverse of `JᵀJ`, and its condition number after scaling to a unit diagonal. Values that
+    /// rounding leaves undetermined are finite and very large.
     pub fn inverse(&self) -> (DMatrix<f64>, f64) {
         let n = self.gram.nrows();
         if n == 0 {
@@ -208,43 +208,43 @@ impl Normal {
     }
 }
 
-/// The scale that brings the diagonal to one; a column of zeros is left as it is.
+/// Scale for a unit diagonal; a column of zeros is unchanged.
 fn scale(gram: &DMatrix<f64>) -> DVector<f64> {
     gram.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 1.0 })
 }
 
-/// `-2 descentᵀ s + Σ curvature s²` along the axes of the curvature, and its lowest point within a
-/// trust region (Moré and Sorensen 1983).
+/// `-2 descentᵀ s + Σ curvature s²` along the axes of the curvature, and its minimum within a trust
+/// region (Moré and Sorensen 1983).
 #[derive(Debug, Clone)]
 pub struct Model {
     pub curvatures: DVector<f64>,
     pub axes: DMatrix<f64>,
-    /// Along the axes.
+    /// Slopes along the axes.
     pub descent: DVector<f64>,
     /// Units of the scaled coordinates.
     pub scale: DVector<f64>,
 }
 
-/// A step and what the model says of it.
+/// A step and its prediction by the model.
 #[derive(Debug, Clone)]
 pub struct Step {
     pub step: DVector<f64>,
     /// Length in scaled coordinates.
     pub length: f64,
-    /// Decrease of the model there.
+    /// Decrease of the model over the step.
     pub decrease: f64,
 }
 
-/// Curvatures below this part of the largest are rounding.
+/// Curvatures below this share of the largest are rounding.
 const MIN_CURVATURE: f64 = 1e-14;
 
 impl Model {
-    /// The decrease of the model at its minimum, infinite where it has none.
+    /// Decrease of the model at its minimum, infinite without a minimum.
     pub fn largest_decrease(&self) -> f64 {
         if self.is_convex() { self.at(0.0).decrease } else { f64::INFINITY }
     }
 
-    /// The lowest point of the model within `radius`.
+    /// The minimum of the model within `radius`.
     pub fn step(&self, radius: f64) -> Step {
         if self.is_convex() {
             let newton = self.at(0.0);
@@ -253,7 +253,7 @@ impl Model {
             }
         }
         let lowest = self.curvatures.iter().copied().fold(0.0, |low: f64, x| low.max(-x));
-        // At this damping no component can make the step longer than the radius.
+        // With this damping no component makes the step longer than the radius.
         let (mut low, mut high) =
             (lowest, lowest + self.descent.norm() / radius + f64::MIN_POSITIVE);
         for _ in 0..60 {

@@ -1,4 +1,4 @@
-//! Fits of all orders up to (P, Q), each from the optima of the orders below it.
+//! Fits of all orders up to (P, Q), each from the optima of lower orders.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
@@ -12,41 +12,41 @@ use crate::identification::autoregression::Reflections;
 use crate::math::parallel;
 use crate::work;
 
-/// Good to 1e-4 in a criterion on the scale of `N ln σ²`; where the order is more than the record has,
-/// to some tenths.
+/// Precise to 1e-4 in a criterion on the scale of `N ln σ²`; for an order above the record's, to
+/// some tenths.
 const COARSE_STOP: Stop = Stop { step: 1e-2, evaluations: 100, patience: 12 };
 
-/// A second search is worth no more passes than this.
+/// A second search gets no more passes than this.
 const SECOND_STOP: Stop = Stop { step: 1e-2, evaluations: 25, patience: 6 };
 
-/// On the spectrum, where a pass costs next to nothing.
+/// For searches on the spectrum, where a pass takes almost no time.
 const GUIDED_STOP: Stop = Stop { step: 1e-2, evaluations: 300, patience: 24 };
 
-/// From where a search on the spectrum ended.
+/// For searches that begin at the end of a search on the spectrum.
 const NEAR_STOP: Stop = Stop { step: 1e-2, evaluations: 25, patience: 4 };
 
-/// Variances of a residual: by less the spectrum does not say which of two ends is the lower.
+/// Smallest difference of two ends, in variances of a residual, that the spectrum can distinguish.
 const MIN_END_DIFFERENCE: f64 = 1.0;
 
-/// Two searches that come so near, in standard errors, end at the same place.
+/// Distance of two searches, in standard errors, within which they have the same end.
 const SAME_END_SIGMAS: f64 = 0.1;
 
 /// The fit of one order in a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// `[φ, θ, c]` of the record, without `c` where it was not estimated.
+    /// `[φ, θ, c]` of the record, without `c` if it was not estimated.
     pub coefficients: Vec<f64>,
     /// Sum of the squared residuals over their number, in the square of the record's unit.
     pub sigma2: f64,
-    /// True if the search came to its end.
+    /// True if the search reached its end.
     pub converged: bool,
-    /// Passes over the record, of all searches at this order.
+    /// Passes over the record, for all searches at this order.
     pub evaluations: usize,
 }
 
-/// Fits of all orders up to (p, q), row after row of one p, on the same residuals.
+/// Fits of all orders up to (p, q), row by row of one p, on the same residuals.
 ///
-/// No order fits worse than one that it contains.
+/// No order has a larger sum of squares than the orders that it contains.
 pub fn grid(series: &Series, p: usize, q: usize, has_constant: bool) -> Vec<Cell> {
     let count = series.residuals(p) as f64;
     let cell = |(k, (descent, evaluations)): (usize, (Descent, usize))| {
@@ -62,7 +62,7 @@ pub fn grid(series: &Series, p: usize, q: usize, has_constant: bool) -> Vec<Cell
     best_fits(series, p, q, has_constant, p).into_iter().enumerate().map(cell).collect()
 }
 
-/// The best found at every order, and the passes that it took.
+/// Best fit at every order, and number of passes for it.
 pub fn best_fits(
     series: &Series,
     p: usize,
@@ -98,7 +98,7 @@ pub fn best_fits(
     found.into_iter().flatten().collect()
 }
 
-/// Searches from every start, but gives up those that lead to the same place.
+/// Searches from every start, but ends searches that lead to the same minimum.
 fn best(
     problem: &Conditional<'_>,
     starts: Vec<Vec<f64>>,
@@ -121,7 +121,7 @@ fn best(
     (best, evaluations)
 }
 
-/// Searches on the spectrum from every start, then on the record from where they ended.
+/// Searches on the spectrum from every start, then on the record from the ends.
 fn search_guided(
     guide: &Guide<'_>,
     starts: Vec<Vec<f64>>,
@@ -153,8 +153,8 @@ fn search_guided(
     (best, evaluations)
 }
 
-/// True if a search that is predicted to end lower by `decrease` will not end lower than `best`, or
-/// not elsewhere.
+/// True if a search with the predicted `decrease` will not end below `best`, or will end at the
+/// same place.
 fn is_futile(at: &Descent, decrease: f64, best: &Descent, count: usize) -> bool {
     let between = DVector::from_iterator(
         at.point.len(),
@@ -175,8 +175,9 @@ struct Lower<'a> {
     at: &'a Descent,
 }
 
-/// Starting points at an order, the first for a search to its end: the model of both orders one
-/// less with slow noise added, those of one order less, and Hannan and Rissanen's.
+/// Starting points at an order; the first is searched to its end. They are the model with both
+/// orders one less, with slow noise added; the models with one order one less; and the model of
+/// Hannan and Rissanen.
 fn starts(
     problem: &Conditional<'_>,
     regression: &Regression,
@@ -190,7 +191,7 @@ fn starts(
     slow.into_iter().chain(grown).chain(regressed).collect()
 }
 
-/// The lower model, its new coefficients zero.
+/// The lower model with new coefficients of zero.
 fn grow(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Vec<f64> {
     let mut point = at.point.clone();
     (q..problem.q).for_each(|_| point.insert(p + q, 0.0));
@@ -198,9 +199,9 @@ fn grow(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Vec<f64> {
     point
 }
 
-/// The lower model times a slow pair that nearly cancels: gyros have a faint drift under much
-/// noise, which no short autoregression finds. Of a ladder of time scales, with more slow noise
-/// than the model has and with less, the best.
+/// The lower model times a slow pair that nearly cancels. Gyros have a faint drift under much
+/// noise, which no short autoregression finds. The best is selected from several time scales, with
+/// more and with less slow noise than the model has.
 fn with_slow_noise(
     problem: &Conditional<'_>,
     guide: Option<Guide<'_>>,
@@ -223,7 +224,7 @@ fn with_slow_noise(
     valued.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, point)| point)
 }
 
-/// `[φ, θ, c]` of `φ(B)(1 - ar B)` and `θ(B)(1 - ma B)`, of the same mean.
+/// `[φ, θ, c]` of `φ(B)(1 - ar B)` and `θ(B)(1 - ma B)`, with the same mean.
 fn multiply_factors(lower: &[f64], p: usize, q: usize, ar: f64, ma: f64) -> Vec<f64> {
     let (phi, rest) = lower.split_at(p);
     let (theta, constant) = rest.split_at(q);
@@ -233,7 +234,7 @@ fn multiply_factors(lower: &[f64], p: usize, q: usize, ar: f64, ma: f64) -> Vec<
     coefficients
 }
 
-/// The polynomial `first + Σ coefficient_i B^i` times `1 - root B`, without its first.
+/// The polynomial `first + Σ coefficient_i B^i` times `1 - root B`, without its first coefficient.
 fn with_root(coefficients: &[f64], first: f64, root: f64) -> Vec<f64> {
     let shifted = std::iter::once(first).chain(coefficients.iter().copied());
     let same = coefficients.iter().copied().chain(std::iter::once(0.0));
@@ -244,17 +245,17 @@ fn with_root(coefficients: &[f64], first: f64, root: f64) -> Vec<f64> {
 const LONG_ORDER: usize = 20;
 
 /// Hannan and Rissanen's regression on past samples and on residuals of a long autoregression:
-/// products of everything that may explain a sample, up to the highest orders.
+/// products of all regressors, up to the highest orders.
 #[derive(Debug, Clone)]
 struct Regression {
-    /// Of past samples, past residuals, one, and the sample itself.
+    /// Products of past samples, past residuals, one, and the sample itself.
     products: DMatrix<f64>,
     p: usize,
     q: usize,
 }
 
 impl Regression {
-    /// For orders up to (p, q).
+    /// Regression for orders up to (p, q).
     fn new(series: &Series, p: usize, q: usize) -> Self {
         let arch = Arch::new();
         let phi = long_autoregression(&arch.dispatch(Autocovariances(series)));
@@ -263,7 +264,7 @@ impl Regression {
         Self { products, p, q }
     }
 
-    /// `[φ, θ]` and the constant, if one belongs to the model.
+    /// `[φ, θ]` and the constant, if the model has one.
     fn coefficients(&self, p: usize, q: usize, has_constant: bool) -> Option<Vec<f64>> {
         let one = self.p + self.q;
         let mut chosen: Vec<usize> = (0..p).chain(self.p..self.p + q).collect();
@@ -301,7 +302,7 @@ impl WithSimd for Autocovariances<'_> {
     }
 }
 
-/// The Yule-Walker solution of no more orders than make it better.
+/// The Yule-Walker solution, with higher orders only if they improve it.
 fn long_autoregression(autocovariances: &[f64; LONG_ORDER + 1]) -> Vec<f64> {
     let mut models = Reflections::new(autocovariances[0]);
     for _ in 0..LONG_ORDER {

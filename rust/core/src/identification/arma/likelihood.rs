@@ -4,13 +4,13 @@ use super::MAX_ORDER;
 use super::partial;
 use crate::work;
 
-/// Samples whose squares are summed by themselves, so that a million sum up precisely.
+/// Number of samples whose squares are summed separately: a million are then summed precisely.
 const BLOCK: usize = 512;
 
 /// Parts of a record's likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likelihood {
-    /// Of the innovations over their deviations at unit variance.
+    /// Sum of the squared innovations over their variances, at unit innovation variance.
     pub sum_of_squares: f64,
     /// Sum of the logarithms of these variances.
     pub log_determinant: f64,
@@ -19,19 +19,19 @@ pub struct Likelihood {
 }
 
 impl Likelihood {
-    /// Variance of the innovations that makes the record most likely.
+    /// Most likely variance of the innovations.
     pub fn sigma2(&self) -> f64 {
         self.sum_of_squares / self.count as f64
     }
 
-    /// Logarithm of the likelihood at that variance.
+    /// Logarithm of the likelihood at this variance.
     pub fn log_likelihood(&self) -> f64 {
         let n = self.count as f64;
         -0.5 * (n * ((std::f64::consts::TAU * self.sigma2()).ln() + 1.0) + self.log_determinant)
     }
 }
 
-/// Likelihood of samples, of which those not finite are missing, under a stationary process.
+/// Likelihood of samples under a stationary process; samples that are not finite are missing.
 pub fn likelihood(z: &[f64], phi: &[f64], theta: &[f64], mean: f64) -> Option<Likelihood> {
     match phi.len().max(theta.len() + 1) {
         1 => of_size::<1>(z, phi, theta, mean),
@@ -59,11 +59,11 @@ fn of_size<const R: usize>(z: &[f64], phi: &[f64], theta: &[f64], mean: f64) -> 
 
 type Matrix<const R: usize> = [[f64; R]; R];
 
-/// Once the covariance is that of the steady state to this, it is no longer propagated.
+/// Tolerance within which the covariance has reached its steady state and is no longer propagated.
 const STEADY_TOLERANCE: f64 = 1e-14;
 
-/// Innovations by the filter of the process in Harvey's form: state `x_k = T x_{k-1} + b a_k`, `y_k` its first element, at unit innovation variance;
-/// `R >= max(p, q + 1)`.
+/// Innovations by the filter of the process in Harvey's form, at unit innovation variance: state
+/// `x_k = T x_{k-1} + b a_k`, with `y_k` as its first element and `R >= max(p, q + 1)`.
 #[derive(Debug, Clone)]
 pub struct Kalman<const R: usize> {
     phi: [f64; R],
@@ -76,7 +76,7 @@ pub struct Kalman<const R: usize> {
 }
 
 impl<const R: usize> Kalman<R> {
-    /// In the stationary state, if the process has one.
+    /// The stationary state, if the process has one.
     pub fn new(phi: &[f64], theta: &[f64]) -> Option<Self> {
         partial::partials(phi)?;
         let b = |i: usize| if i == 0 { 1.0 } else { theta.get(i - 1).copied().unwrap_or(0.0) };
@@ -86,7 +86,7 @@ impl<const R: usize> Kalman<R> {
         Some(Self { phi, b, x: [0.0; R], covariance, is_steady: false, log_determinant: 0.0 })
     }
 
-    /// Innovation over its deviation, zero where the sample is missing.
+    /// Innovation over its standard deviation, zero if the sample is missing.
     #[inline]
     pub fn update(&mut self, y: f64) -> f64 {
         if !y.is_finite() {
@@ -108,7 +108,7 @@ impl<const R: usize> Kalman<R> {
         innovation / variance.sqrt()
     }
 
-    /// `T (x + correction)`, whose first element is known to be `y`.
+    /// `T (x + correction)`; its first element is known to be `y`.
     #[inline]
     fn advance(&mut self, y: f64, correction: impl Fn(usize) -> f64) {
         for i in 0..R {
@@ -151,14 +151,14 @@ impl<const R: usize> Kalman<R> {
     }
 }
 
-/// Solution of `P = T P Tᵀ + b bᵀ` by doubling: sums of squares only, which lose nothing to
-/// cancellation near a unit root.
+/// Solution of `P = T P Tᵀ + b bᵀ` by doubling: sums of squares only, which lose no digits near a
+/// unit root.
 fn stationary<const R: usize>(phi: &[f64; R], b: &[f64; R]) -> Matrix<R> {
     let mut covariance: Matrix<R> = std::array::from_fn(|i| b.map(|b_j| b[i] * b_j));
     let mut power: Matrix<R> = std::array::from_fn(|i| {
         std::array::from_fn(|j| if j == 0 { phi[i] } else { f64::from(u8::from(j == i + 1)) })
     });
-    // Any stationary process that a search may meet has forgotten its start after 2^60 samples.
+    // Any stationary process in a search has forgotten its start after 2^60 samples.
     for _ in 0..60 {
         let added = times(&times(&power, &covariance), &transpose(&power));
         let grows = |i: usize| added[i][i] > f64::EPSILON * 0.1 * covariance[i][i];

@@ -1,4 +1,4 @@
-//! The model of greatest exact likelihood, and the covariance of its coefficients.
+//! The model of maximum exact likelihood, and the covariance of its coefficients.
 
 use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
@@ -9,23 +9,24 @@ use super::likelihood::{Kalman, Likelihood, likelihood};
 use super::series::{Series, phi_of_one};
 use super::{FINE_STOP, MAX_ORDER, Scaled, partial};
 
-/// One round: a search with the curvature of its first point.
+/// One iteration: a search with the curvature at its first point.
 const ROUND_STOP: Stop = Stop { evaluations: 30, ..FINE_STOP };
-/// In a round that moves less, in standard errors, the curvature stays the same.
+/// Largest move in an iteration, in standard errors, after which the curvature stays the same.
 const SHORT_MOVE: f64 = 0.01;
 const ROUNDS: usize = 5;
 
-/// Steps of second differences, in standard errors: small next to the curvature's own changes,
-/// large next to the rounding of a million terms.
+/// Steps of second differences, in standard errors. They are small relative to changes of the
+/// curvature, and large relative to the rounding of a million terms.
 const HESSIAN_STEP: f64 = 0.02;
-/// The same at most, in free coordinates and deviations of the record.
+/// Largest such step, in free coordinates and standard deviations of the record.
 const MAX_HESSIAN_STEP: f64 = 0.05;
 
-/// By what a point is shrunk at a time, and how often at most: to a hundredth of 8 in the end.
+/// Factor by which a point is shrunk per iteration, and largest number of iterations: to a
+/// hundredth of 8.
 const SHRINK_FACTOR: f64 = 0.9;
 const MAX_SHRINKS: usize = 64;
 
-/// The most likely stationary model near conditional coefficients, and the search for it.
+/// Searches the most likely stationary model near conditional coefficients.
 pub fn maximum(
     series: &Series,
     start: &[f64],
@@ -53,13 +54,13 @@ pub fn maximum(
     unreachable!("the last round returns")
 }
 
-/// The minimum that the search predicts, or its last point if there is no likelihood there.
+/// Minimum that the search predicts, or its last point if there is no likelihood at the minimum.
 fn last_point(problem: &Exact<'_>, found: &Descent) -> Vec<f64> {
     let predicted = found.predicted_minimum(problem);
     if is_likely(problem, &predicted) { predicted } else { found.point.clone() }
 }
 
-/// The point shrunk towards zero until rounding leaves it stationary and likely.
+/// The point, shrunk towards zero until it is stationary and has a likelihood.
 fn shrunk_until_likely(problem: &Exact<'_>, mut point: Vec<f64>) -> Vec<f64> {
     let mut count = 0;
     let may_start = |point: &[f64]| problem.is_stationary(point) && is_likely(problem, point);
@@ -100,7 +101,7 @@ fn scale(problem: &Exact<'_>, point: &[f64], free: &DMatrix<f64>, has_constant: 
     }
 }
 
-/// The point of conditional coefficients, brought into the region where a likelihood exists.
+/// The point of conditional coefficients, moved into the region with a likelihood.
 fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
     let (phi, rest) = coefficients.split_at(p);
     let (theta, constant) = rest.split_at(q);
@@ -110,12 +111,13 @@ fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
             .map(|x| x.clamp(-MAX_COORDINATE, MAX_COORDINATE))
             .collect()
     };
-    // The record's mean is zero, and near it that of any process that could have made it.
+    // The mean of the record is zero, and the mean of any process that could have made it is near
+    // zero.
     [free(phi), free(&partial::negated(theta)), constant.iter().map(|_| 0.0).collect()].concat()
 }
 
-/// Curvature of the log-likelihood, if it has one in every direction: far from a maximum and at
-/// the edge of the region it has not.
+/// Curvature of the log-likelihood, if it is positive in every direction. It is not far from a
+/// maximum and at the edge of the region.
 fn information(problem: &Exact<'_>, point: &[f64], normal: &Normal) -> Option<DMatrix<f64>> {
     let sigma2 = normal.sum_of_squares / problem.count() as f64;
     let variances = normal.inverse().0.diagonal() * sigma2;
@@ -125,19 +127,19 @@ fn information(problem: &Exact<'_>, point: &[f64], normal: &Normal) -> Option<DM
     negative_hessian(value, point, &steps).filter(|found| found.clone().cholesky().is_some())
 }
 
-/// Half the width of a difference, in free coordinates and in deviations of the record: its
-/// error, of the order of the width squared, and that of rounding are both near 1e-10.
+/// Half the width of a difference, in free coordinates and in standard deviations of the record.
+/// Its error is of the order of the width squared; this and rounding are near 1e-10.
 const WIDTH: f64 = 1e-5;
 
-/// Bound of the search: partial autocorrelations of 1 - 2e-7. Beyond, the variance of the
-/// stationary state is lost in rounding.
+/// Bound of the search: partial autocorrelations of 1 - 2e-7. Beyond it, rounding destroys the
+/// variance of the stationary state.
 const MAX_COORDINATE: f64 = 8.0;
 
 /// The exact likelihood of ARMA(p, q) about a mean as a sum of squares (Ansley 1979).
 ///
-/// With the innovations' variance concentrated out, the likelihood is greatest where the sum of
-/// the squares of the standardised innovations times `Π F^{1/n}` is least. A point is the free
-/// coordinates of `φ` and of `θ`, and the mean.
+/// The innovations' variance is eliminated. The likelihood is then largest where the sum of the
+/// squared standardised innovations times `Π F^{1/n}` is smallest. A point has the free coordinates
+/// of `φ` and of `θ`, and the mean.
 #[derive(Debug, Clone)]
 struct Exact<'a> {
     series: &'a Series,
@@ -155,8 +157,8 @@ impl<'a> Exact<'a> {
         Self { series, p, q, bounds, curvature }
     }
 
-    /// Sets the curvature of the likelihood that the normal equations near a point lack, and returns
-    /// it.
+    /// Sets and returns the curvature of the likelihood that is missing in the normal equations
+    /// near a point.
     fn set_curvature(&mut self, at: &Normal, information: Option<DMatrix<f64>>) -> &DMatrix<f64> {
         let sigma2 = at.sum_of_squares / self.count() as f64;
         self.curvature = match information {
@@ -188,7 +190,7 @@ impl<'a> Exact<'a> {
         slopes
     }
 
-    /// `φ`, `θ` and the mean at a point and on both sides of it in every coordinate.
+    /// `φ`, `θ` and the mean at a point and on its two sides in every coordinate.
     fn models(&self, point: &[f64]) -> impl Iterator<Item = (Vec<f64>, Vec<f64>, f64)> {
         let moved = (0..point.len()).flat_map(|i| [WIDTH, -WIDTH].map(|step| (i, step)));
         std::iter::once((0, 0.0)).chain(moved).map(|(i, step)| {
@@ -200,12 +202,12 @@ impl<'a> Exact<'a> {
         })
     }
 
-    /// True if rounding leaves the model stationary, at a point and on both sides of it.
+    /// True if the model is stationary to rounding, at a point and on its two sides.
     fn is_stationary(&self, point: &[f64]) -> bool {
         self.models(point).all(|(phi, _, _)| partial::partials(&phi).is_some())
     }
 
-    /// Infinite where a model is not stationary: no search goes there.
+    /// Infinite if a model is not stationary: no search goes there.
     fn normal_of_size<const R: usize>(&self, point: &[f64]) -> Normal {
         let filters = self.models(point).map(|(phi, theta, mean)| {
             let filter = Kalman::<R>::new(&phi, &theta)?;
@@ -276,7 +278,7 @@ impl<const R: usize> WithSimd for Differences<'_, R> {
     }
 }
 
-/// Turns values above and below a point into the derivative there.
+/// Converts values above and below a point into the derivative there.
 #[inline(always)]
 fn difference(lines: &mut [[f64; BLOCK]]) {
     if let [above, below, ..] = lines {
@@ -284,8 +286,8 @@ fn difference(lines: &mut [[f64; BLOCK]]) {
     }
 }
 
-/// Normal equations of `w Π F^{1/2n}` from the products of `w` and its derivatives, the last of
-/// which are those of `w` itself.
+/// Normal equations of `w Π F^{1/2n}` from the products of `w` and its derivatives; the last
+/// products are of `w` itself.
 fn assemble(products: &DMatrix<f64>, logs: &[f64], count: f64) -> Normal {
     let m = products.nrows() - 1;
     let square = (logs[0] / count).exp();

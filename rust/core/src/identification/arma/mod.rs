@@ -1,8 +1,8 @@
 //! ARMA(p, q) models by conditional least squares and by the exact Gaussian likelihood.
 //!
-//! `z_k = φ_1 z_{k-1} + … + φ_p z_{k-p} + a_k + θ_1 a_{k-1} + … + θ_q a_{k-q} + c`. Searches move
-//! in the inverse hyperbolic tangents of partial autocorrelations, where every point is an
-//! invertible (and, for the likelihood, a stationary) model.
+//! `z_k = φ_1 z_{k-1} + … + φ_p z_{k-p} + a_k + θ_1 a_{k-1} + … + θ_q a_{k-q} + c`. Searches use
+//! the inverse hyperbolic tangents of partial autocorrelations. In these coordinates every point is
+//! an invertible model and, for the likelihood, a stationary model.
 
 mod columns;
 mod conditional;
@@ -26,11 +26,10 @@ pub use grid::{Cell, grid};
 pub use likelihood::{Likelihood, likelihood};
 pub use series::Series;
 
-/// The highest order that a polynomial may have.
+/// Highest order of a polynomial.
 pub const MAX_ORDER: usize = 8;
 
-/// Steps this small, in standard errors, let two searches agree to 1e-6 in well determined
-/// coefficients.
+/// Step in standard errors at which two searches agree to 1e-6 in well determined coefficients.
 const FINE_STOP: Stop = Stop { step: 1e-6, evaluations: 60, patience: usize::MAX };
 
 /// Objective of a fit.
@@ -42,7 +41,7 @@ pub enum Method {
     Exact,
 }
 
-/// A model and how well the record determines it.
+/// A model and its statistics.
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// Autoregressive coefficients.
@@ -53,30 +52,30 @@ pub struct Estimate {
     pub constant: f64,
     /// Sum of the squared innovations over their number.
     pub sigma2: f64,
-    /// Of `[φ, θ, c]`, row after row.
+    /// Covariance of `[φ, θ, c]`, row after row.
     pub covariance: Vec<f64>,
     /// Standard error of the mean `c / (1 - φ_1 - … - φ_p)`.
     pub mean_sigma: f64,
     /// Number of innovations summed.
     pub count: usize,
-    /// Of the innovations.
+    /// Log-likelihood of the innovations.
     pub log_likelihood: f64,
     /// Condition number of the normal equations scaled to a unit diagonal.
     pub condition: f64,
     /// True if the search reached a minimum.
     pub converged: bool,
-    /// True if a root of `φ`, and whether one of `θ`, lies on the unit circle.
+    /// True if a root of `φ` lies on the unit circle, and true if a root of `θ` does.
     pub on_circle: (bool, bool),
     /// Passes over the record at the last order.
     pub evaluations: usize,
-    /// Mean and deviation of the record; the mean is zero if it was taken to be that.
+    /// Mean and standard deviation of the record; the mean is zero if it was assumed to be zero.
     pub moments: (f64, f64),
 }
 
-/// Coefficients of a scaled record, before they get back its units.
+/// Coefficients of a scaled record, before they are converted to its units.
 #[derive(Debug)]
 struct Scaled {
-    /// `[φ, θ, c]`, without `c` where it was not estimated.
+    /// `[φ, θ, c]`, without `c` if it was not estimated.
     coefficients: Vec<f64>,
     covariance: DMatrix<f64>,
     condition: f64,
@@ -85,8 +84,8 @@ struct Scaled {
     count: usize,
 }
 
-/// The model of orders (p, q), at most [`MAX_ORDER`], that fits a record best, or the one
-/// that a search from the `[φ, θ, c]` given leads to.
+/// The model of orders (p, q), at most [`MAX_ORDER`], that fits a record best. With a stated
+/// `[φ, θ, c]` the search begins only there.
 pub fn fit(
     series: &Series,
     p: usize,
@@ -112,7 +111,7 @@ pub fn fit(
     with_units(series, scaled, p, q, converged, evaluations + descent.evaluations)
 }
 
-/// The best point that starts at all orders below lead to, and the passes of the last search.
+/// Best point from starts at all lower orders, and number of passes of the last search.
 fn search(series: &Series, p: usize, q: usize, has_constant: bool) -> (Vec<f64>, usize) {
     let mut found = best_fits(series, p, q, has_constant, p);
     let (descent, evaluations) = found.swap_remove(found.len() - 1);

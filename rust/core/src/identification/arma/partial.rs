@@ -7,7 +7,7 @@ use crate::identification::autoregression::step_up;
 /// Bound of the search: partial autocorrelations of 1 - 1e-10.
 pub const MAX_COORDINATE: f64 = 12.0;
 
-/// Partial autocorrelations this near to one count as lying on the unit circle.
+/// Largest distance of a partial autocorrelation from one that counts as on the unit circle.
 const UNIT_CIRCLE_DISTANCE: f64 = 1e-7;
 
 /// `φ` of the autoregression with these partial autocorrelations (Levinson).
@@ -47,12 +47,12 @@ fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
     Some(partials(phi)?.into_iter().map(free).collect())
 }
 
-/// Unbounded coordinates of `φ`, or of the nearest stationary one on the way to zero.
+/// Unbounded coordinates of `φ`, or of the nearest stationary `φ` on the line to zero.
 pub fn to_nearest_free(phi: &[f64]) -> Vec<f64> {
     to_free(phi).or_else(|| to_free(&shrink(phi))).unwrap_or_default()
 }
 
-/// The nearest `φ` on the way to zero that is stationary with a margin.
+/// The nearest `φ` on the line to zero that is stationary with a margin.
 fn shrink(phi: &[f64]) -> Vec<f64> {
     let mut phi = phi.to_vec();
     let within = |r: &Vec<f64>| r.iter().all(|r| r.abs() < 0.9999);
@@ -66,12 +66,12 @@ fn shrink(phi: &[f64]) -> Vec<f64> {
     phi
 }
 
-/// The coefficients of opposite sign: `θ(B)` has its signs the other way round than `φ(B)`.
+/// The negative coefficients: `θ(B)` and `φ(B)` have opposite signs.
 pub fn negated(coefficients: &[f64]) -> Vec<f64> {
     coefficients.iter().map(|x| -x).collect()
 }
 
-/// True if a root lies on the unit circle as far as a search can tell.
+/// True if a root lies on the unit circle, to the precision of a search.
 pub fn on_circle(phi: &[f64]) -> bool {
     partials(phi).is_none_or(|r| r.iter().any(|r| r.abs() > 1.0 - UNIT_CIRCLE_DISTANCE))
 }
@@ -99,7 +99,8 @@ pub fn jacobian(free: &[f64]) -> DMatrix<f64> {
 
 /// Second derivatives of `weightsᵀ φ` by the unbounded coordinates.
 pub fn hessian(free: &[f64], weights: &DVector<f64>) -> DMatrix<f64> {
-    // Errors of rounding and of the width squared are below 1e-9, and change only a search's path.
+    // Errors of rounding and of the width squared are below 1e-9, and change only the path of a
+    // search.
     const WIDTH: f64 = 1e-5;
     let mut hessian = DMatrix::zeros(free.len(), free.len());
     for row in 0..free.len() {

@@ -1,8 +1,10 @@
-//! The sum of squares by a record's spectrum: a guide that costs little compared with a pass.
+//! The sum of squares from a record's spectrum: a guide that takes little time compared with a
+//! pass.
 //!
-//! Of a long record the residuals' sum of squares is `Σ P |φ|²/|θ|²` over its periodogram `P`, but
-//! for what its two ends do; neighbouring frequencies are taken together, for no model of low order
-//! tells them apart. Searches go down here first (Whittle 1953), and end on the record itself.
+//! For a long record the residuals' sum of squares is `Σ P |φ|²/|θ|²` over its periodogram `P`,
+//! except for the effect of its ends. Neighbouring frequencies are combined, since no model of low
+//! order distinguishes them. Searches descend here first (Whittle 1953), and end on the record
+//! itself.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::{Range, RangeInclusive};
@@ -15,36 +17,36 @@ use super::descent::{Normal, Problem};
 use super::series::Series;
 use crate::work;
 
-/// Below so many samples a pass costs little more than the guide.
+/// Smallest number of samples; for fewer a pass takes little more time than the guide.
 const MIN_SAMPLES: usize = 1 << 14;
 
-/// Of the samples have to be there: the others are taken as the ones before them.
+/// Smallest share of present samples; a missing sample is replaced by the previous one.
 const MIN_PRESENT_SHARE: f64 = 0.9;
 
-/// The part of a record over which each end fades in or out, so that the step from the last sample
-/// to the first does not look like noise of all frequencies.
+/// Share of a record over which each end fades in or out. Otherwise the step from the last sample
+/// to the first would look like noise of all frequencies.
 const FADE_SHARE: f64 = 0.025;
 
-/// Frequencies of one bin over their number from zero, at most: less than any pole is wide.
+/// Largest ratio of a bin's width to its frequency: smaller than the width of any pole.
 const MAX_RELATIVE_WIDTH: f64 = 1.0 / 64.0;
 
-/// Bins of a spectrum are no wider than this part of it: what a vibration's peak needs.
+/// Largest width of a bin as a share of the spectrum: a vibration's peak needs this resolution.
 const MAX_WIDTH: f64 = 1.0 / 4096.0;
 
-/// The power of a record in bins of frequency; all of them together are its sum of squares.
+/// Power of a record in bins of frequency; the sum of all bins is its sum of squares.
 #[derive(Debug, Clone)]
 pub struct Spectrum {
     power: Vec<f64>,
-    /// Real and imaginary parts of `e^{-ikω}` in the middle of each bin, `k` from 0 on.
+    /// Real and imaginary parts of `e^{-ikω}` in the middle of each bin, for `k` from 0 on.
     delays: [Pair; HISTORY + 1],
     arch: Arch,
 }
 
-/// Real and imaginary parts, a number each bin.
+/// Real and imaginary parts, one number per bin.
 type Pair = [Vec<f64>; 2];
 
 impl Spectrum {
-    /// Of a record that is long and has few gaps.
+    /// The spectrum of a long record with few gaps; `None` for other records.
     pub fn new(series: &Series) -> Option<Self> {
         let n = series.values.len();
         if n < MIN_SAMPLES || (series.present as f64) < MIN_PRESENT_SHARE * n as f64 {
@@ -69,7 +71,7 @@ impl Spectrum {
         scale.is_finite().then_some(Self { power, delays, arch: Arch::new() })
     }
 
-    /// The sums of a pass over the record, with the constant that makes the mean zero.
+    /// Sums as from a pass over the record, with the constant that makes the mean zero.
     fn sums(&self, phi: &[f64], theta: &[f64], count: f64) -> Sums {
         let by_lag = self.arch.dispatch(Lagged { spectrum: self, phi, theta });
         let (p, q) = (phi.len(), theta.len());
@@ -96,7 +98,7 @@ impl Spectrum {
 type ByLag = [f64; HISTORY + 1];
 
 /// Sums of products of `u = y/θ(B)`, `v = e/θ(B)`, `w = v/θ(B)`, `x = u/θ(B)` and the residuals
-/// `e`, one factor late by so many samples: in `eu` to `ew` the second.
+/// `e`; one factor is delayed: in `eu` to `ew` the second.
 #[derive(Debug, Clone, Default)]
 struct SumsByLag {
     ee: f64,
@@ -111,7 +113,7 @@ struct SumsByLag {
 }
 
 impl SumsByLag {
-    /// The product of `u` late by `i` and `v` late by `j`.
+    /// Product of `u` delayed by `i` and `v` delayed by `j`.
     fn uv(&self, i: usize, j: usize) -> f64 {
         if i >= j { self.u_after_v[i - j] } else { self.v_after_u[j - i] }
     }
@@ -124,7 +126,8 @@ struct Lagged<'a> {
     theta: &'a [f64],
 }
 
-/// Spectra of pairs of lines in a block of bins: the sum of one times the delays is a product.
+/// Spectra of pairs of lines in a block of bins: the sum of a spectrum times the delays is a
+/// product.
 #[derive(Debug)]
 struct Cross {
     u: [f64; BLOCK],
@@ -134,7 +137,7 @@ struct Cross {
     ev: [[f64; BLOCK]; 2],
     ex: [[f64; BLOCK]; 2],
     ew: [[f64; BLOCK]; 2],
-    /// Of `v` after `u`; the other way round it is the conjugate.
+    /// Spectrum of `v` after `u`; in the other order it is the conjugate.
     vu: [[f64; BLOCK]; 2],
 }
 
@@ -185,8 +188,8 @@ impl WithSimd for Lagged<'_> {
 }
 
 impl Lagged<'_> {
-    /// Of `a` and a line that is late by `k` the product is the sum of `Re(c e^{-ikω})`, `c` the
-    /// spectrum of the line times the conjugate of that of `a`.
+    /// The product of `a` and a line delayed by `k` is the sum of `Re(c e^{-ikω})`. c is the
+    /// spectrum of the line times the conjugate of the spectrum of `a`.
     #[inline(always)]
     fn put(&self, bins: Range<usize>, cross: &mut Cross) {
         let Spectrum { power, delays, .. } = self.spectrum;
@@ -222,7 +225,7 @@ impl Lagged<'_> {
     }
 }
 
-/// Adds the products of `a` with the delays of the lags that `of` gives.
+/// Adds the products of `a` with the delays at the lags of `of`.
 #[inline(always)]
 fn add_products<'a, S: Simd>(
     simd: S,
@@ -238,7 +241,7 @@ fn add_products<'a, S: Simd>(
     lags.for_each(|k| to[k] += row[k]);
 }
 
-/// The problem of a record as its spectrum has it; the constant stays where it is.
+/// The problem of a record in its spectrum; the constant does not change.
 #[derive(Debug, Clone, Copy)]
 pub struct Guide<'a> {
     pub spectrum: &'a Spectrum,
@@ -246,7 +249,7 @@ pub struct Guide<'a> {
 }
 
 impl Guide<'_> {
-    /// The sum of squares alone.
+    /// Only the sum of squares.
     pub fn sum_of_squares(&self, point: &[f64]) -> f64 {
         self.normal(point).sum_of_squares
     }
@@ -275,7 +278,7 @@ impl Problem for Guide<'_> {
     }
 }
 
-/// The samples without gaps, their ends faded, and zeros up to a power of two.
+/// The samples with filled gaps and faded ends, then zeros to a power of two.
 fn fade_ends(series: &Series) -> Vec<f64> {
     let n = series.values.len();
     let mut before = 0.0;
@@ -291,8 +294,8 @@ fn fade_ends(series: &Series) -> Vec<f64> {
     work::collect(weighted.chain(std::iter::repeat_n(0.0, n.next_power_of_two() - n)))
 }
 
-/// Squares of the absolute values of a discrete Fourier transform, of frequencies 0 up to a half;
-/// the number of samples is a power of two.
+/// Squared absolute values of a discrete Fourier transform, from frequency 0 to one half; the
+/// number of samples is a power of two.
 fn periodogram(samples: &[f64]) -> Vec<f64> {
     let half = samples.len() / 2;
     let pairs = samples.chunks_exact(2).map(|pair| Complex { re: pair[0], im: pair[1] });
@@ -309,8 +312,8 @@ fn periodogram(samples: &[f64]) -> Vec<f64> {
     work::collect((0..half).map(power))
 }
 
-/// The discrete Fourier transform in place, of a power of two numbers (Cooley and Tukey), with the
-/// first half of as many turns of half a step.
+/// Discrete Fourier transform in place, for a power of two (Cooley and Tukey), with the first half
+/// of the roots of unity.
 fn transform(values: &mut [Complex], twiddles: &[Complex]) {
     let n = values.len();
     let unused = usize::BITS - n.trailing_zeros();
@@ -371,7 +374,7 @@ impl Complex {
         Self { re: self.re, im: -self.im }
     }
 
-    /// Of the absolute value.
+    /// Square of the absolute value.
     #[inline(always)]
     fn square(self) -> f64 {
         self.re * self.re + self.im * self.im
@@ -437,8 +440,8 @@ mod tests {
             // The guide has no constant.
             let point: Vec<f64> = (0..p + q).map(coefficient).chain([0.0]).collect();
             let (pass, guess) = (problem.normal(&point), guide.normal(&point));
-            // The faded ends are a fortieth of the record each: a few per cent of what noise of so
-            // many samples makes of a sum.
+            // Each faded end is a fortieth of the record: a few per cent of the chance error of a
+            // sum over so many samples.
             let close = |a: f64, b: f64| (a - b).abs() < 0.02 * pass.sum_of_squares;
             assert!(close(pass.sum_of_squares, guess.sum_of_squares));
             for i in 0..p + q {

@@ -1,20 +1,21 @@
-//! Products of a block of samples with those before them, on the processor's widest registers.
+//! Products of a block of samples with earlier samples, on the processor's widest registers.
 
 use pulp::{Simd, WithSimd};
 
 use super::normal_equations::Centre;
 
-/// Lags whose sums stay in registers together; numbers of lags are rounded up to a multiple.
+/// Number of lags whose sums stay in registers together; numbers of lags are rounded up to a
+/// multiple.
 pub const TILE: usize = 4;
 const MAX_TILE: usize = 3 * TILE;
 
-/// Vectors of targets that share what is loaded: with them and the sums the registers are full.
+/// Number of target vectors that share loaded values: with the sums they fill the registers.
 const TARGETS: usize = 2;
 
-/// Independent sums, which hide the time that one addition takes.
+/// Number of independent sums, which hide the time of an addition.
 const SUMS: usize = 4;
 
-/// Puts the samples' distances from `centre` into `to`, and returns their sum.
+/// Writes the distances of the samples from `centre` to `to`, and returns their sum.
 pub struct Centring<'a> {
     pub centre: Centre,
     pub from: &'a [f64],
@@ -50,8 +51,8 @@ impl WithSimd for Centring<'_> {
     }
 }
 
-/// Adds to `sums[j]` the products of each value from `start` on with that j places before it.
-/// A multiple of [`TILE`] lags, of which the longest is at most `start`.
+/// Adds to `sums[j]` the products of each value from `start` on with the value j places earlier.
+/// The number of lags is a multiple of [`TILE`]; the longest lag is at most `start`.
 pub struct AddProducts<'a> {
     pub block: &'a [f64],
     pub start: usize,
@@ -88,7 +89,7 @@ fn add_tile<S: Simd, const K: usize>(
     let step = TARGETS * S::F64_LANES;
     let whole = targets.len() / step * step;
     for i in (0..whole).step_by(step) {
-        // One slice and constant distances within it: K slices would need K registers for addresses.
+        // One slice with constant distances: K slices would need K registers for addresses.
         add_vectors(simd, &targets[i..i + step], &before[i..i + step + K - 1], &mut totals);
     }
     for (k, sum) in sums.iter_mut().enumerate() {
@@ -98,7 +99,7 @@ fn add_tile<S: Simd, const K: usize>(
     }
 }
 
-/// Products of a few vectors of targets with those up to K - 1 places before: each is loaded once.
+/// Products of a few target vectors with vectors up to K - 1 places earlier: each is loaded once.
 #[inline(always)]
 fn add_vectors<S: Simd, const K: usize>(
     simd: S,
@@ -109,7 +110,7 @@ fn add_vectors<S: Simd, const K: usize>(
     let lanes = S::F64_LANES;
     let target: [S::f64s; TARGETS] =
         std::array::from_fn(|u| vector(simd, &targets[u * lanes..(u + 1) * lanes]));
-    // Two loops: the compiler writes out no longer ones, and only then the sums stay in registers.
+    // Two loops: the compiler unrolls only short loops, and only then the sums stay in registers.
     let offsets = K + (TARGETS - 1) * lanes;
     for offset in 0..offsets / 2 {
         add_vector(simd, &target, window, offset, totals);
@@ -119,8 +120,8 @@ fn add_vectors<S: Simd, const K: usize>(
     }
 }
 
-/// Products of the targets with the vector at one place. Not a closure: what is called without
-/// being inlined has no vector instructions, and calls a function for each.
+/// Products of the targets with the vector at one place. Not a closure: a function that is called
+/// without inlining has no vector instructions.
 #[inline(always)]
 fn add_vector<S: Simd, const K: usize>(
     simd: S,

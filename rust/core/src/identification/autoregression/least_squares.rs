@@ -1,4 +1,4 @@
-//! Least squares: each sample from those before it, over all that have enough before them.
+//! Least squares: each sample from earlier samples, over all samples with enough earlier ones.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,7 @@ use super::{Fit, FitError, NearFit, check};
 use crate::math::segments::segments;
 use crate::work;
 
-/// Variances of the residuals of orders 0..=order over the same n samples, and n.
+/// Residual variances of orders 0..=order over the same n samples, and n.
 pub fn variances(
     record: &[f64],
     order: usize,
@@ -51,7 +51,8 @@ fn factor(
     }
 }
 
-/// Rows of which the first is the constant's, if it has one, with that or zeros last.
+/// Rows whose first belongs to the constant, if there is one; it is moved to the end, or zeros are
+/// added there.
 fn constant_last(rows: DMatrix<f64>, constant: bool) -> DMatrix<f64> {
     let (size, columns) = rows.shape();
     if !constant {
@@ -60,17 +61,17 @@ fn constant_last(rows: DMatrix<f64>, constant: bool) -> DMatrix<f64> {
     DMatrix::from_fn(size, columns, |i, j| rows[((i + 1) % size, j)])
 }
 
-/// Bound on the condition of the normal equations up to which their products are precise enough:
-/// relative errors of a fit are about the condition times the rounding of a sum.
+/// Largest condition bound of the normal equations for products with enough precision. Relative
+/// errors of a fit are about the condition times the rounding of a sum.
 const MAX_CONDITION: f64 = 1e10;
 
-/// A pivot below this part of its column is rounding.
+/// Share of its column below which a pivot is rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Upper triangle R with R'R = sums of products of `[1, y_(t-1), ..., y_(t-p), y_t]`.
 ///
-/// With y_t last, its column holds what each further lag explains: the sums of squared residuals
-/// of all orders are sums over its tail.
+/// The column of y_t is last and holds the contribution of each further lag: the sums of squared
+/// residuals of all orders are sums over its tail.
 #[derive(Debug, Clone)]
 struct Factor {
     upper: DMatrix<f64>,
@@ -78,14 +79,14 @@ struct Factor {
 }
 
 impl Factor {
-    /// By Cholesky's method; `None` where the products hold too few digits for it.
+    /// By Cholesky's method; `None` if the products have too few digits for it.
     fn of_gram(gram: DMatrix<f64>, constant: bool) -> Option<Self> {
         let upper = gram.cholesky()?.l().transpose();
         let factor = Self { upper, constant };
         (factor.condition_bound() <= MAX_CONDITION).then_some(factor)
     }
 
-    /// From a triangle made of the rows themselves.
+    /// From a triangle of the rows themselves.
     fn of_upper(upper: DMatrix<f64>, constant: bool) -> Self {
         Self { upper, constant }
     }
@@ -107,13 +108,13 @@ impl Factor {
         sums
     }
 
-    /// The longest lag whose samples follow from those of shorter ones, if there is one.
+    /// The longest lag whose samples are determined by shorter lags, if there is one.
     fn dependent_lag(&self) -> Option<usize> {
         let first = usize::from(self.constant);
         (first..self.size()).rev().find(|&j| self.is_rounding(j)).map(|j| j + 1 - first)
     }
 
-    /// True if y_t follows from the samples before it.
+    /// True if y_t is determined by earlier samples.
     fn is_noiseless(&self) -> bool {
         self.is_rounding(self.size())
     }
@@ -122,7 +123,7 @@ impl Factor {
         self.upper[(j, j)].abs() <= ROUNDING * self.upper.column(j).norm()
     }
 
-    /// Coefficients of all columns but the last.
+    /// Coefficients of all columns except the last.
     fn coefficients(&self) -> DVector<f64> {
         let mut solution =
             self.upper.view((0, self.size()), (self.size(), 1)).column(0).into_owned();
@@ -135,12 +136,12 @@ impl Factor {
         solution
     }
 
-    /// A root of the inverse of X'X, its transpose on the right.
+    /// A root of the inverse of X'X: the inverse is the root times its transpose.
     fn inverse_root(&self) -> DMatrix<f64> {
         inverse_of_upper(&self.columns(0, self.size()))
     }
 
-    /// Condition number of X'X, the mean taken off and scaled to a unit diagonal.
+    /// Condition number of X'X, without the mean and scaled to a unit diagonal.
     fn condition(&self) -> f64 {
         if self.order() == 0 {
             return 1.0;
@@ -150,7 +151,7 @@ impl Factor {
         (values.max() / values.min()).powi(2)
     }
 
-    /// At least the condition number of all columns' products: that of traces.
+    /// Upper bound of the condition number of all columns' products, from traces.
     fn condition_bound(&self) -> f64 {
         let scaled = of_unit_length(self.upper.clone());
         scaled.norm_squared() * inverse_of_upper(&scaled).norm_squared()
@@ -185,11 +186,12 @@ fn inverse_of_upper(upper: &DMatrix<f64>) -> DMatrix<f64> {
     inverse
 }
 
-/// Rows taken in at once, as a multiple of the columns: the triangle found to date goes along.
+/// Number of rows in a block, as a multiple of the columns; the triangle of earlier rows is added
+/// to each block.
 const DEPTH: usize = 16;
 
-/// Triangle of the rows `[1, y_(t-1), ..., y_(t-order), y_t]`, the first only if asked for: slower
-/// than from their products, with twice as many digits.
+/// Triangle of the rows `[1, y_(t-1), ..., y_(t-order), y_t]`; the 1 only with a constant. It is
+/// slower than from products, with twice as many digits.
 fn triangle(record: &[f64], order: usize, centre: Centre, constant: bool) -> DMatrix<f64> {
     let size = order + 1 + usize::from(constant);
     let depth = DEPTH * size;
@@ -205,7 +207,7 @@ fn triangle(record: &[f64], order: usize, centre: Centre, constant: bool) -> DMa
     upper
 }
 
-/// Triangle of that of earlier rows and those of a block.
+/// Triangle of the earlier rows' triangle and the rows of a block.
 fn join_factors(
     upper: &DMatrix<f64>,
     block: &[f64],

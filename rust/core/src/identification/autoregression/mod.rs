@@ -13,16 +13,16 @@ use normal_equations::Centre;
 
 pub(super) use reflections::{Reflections, step_up};
 
-/// A part of the variance that is no more than the rounding of its sum.
+/// Share of a variance that may be the rounding of its sum.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Matrices that a fit has at a time.
+/// Number of matrices that a fit has at a time.
 const MATRICES: usize = 8;
 
 /// Estimator of an autoregression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
-    /// Least squares over all samples with enough others before them (the covariance method).
+    /// Least squares over all samples with enough earlier samples (the covariance method).
     LeastSquares,
     /// Burg's method.
     Burg,
@@ -31,23 +31,23 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Every estimator by its name.
+    /// Every estimator with its name.
     pub const NAMES: [(Self, &'static str); 3] = [
         (Self::LeastSquares, "least-squares"),
         (Self::Burg, "burg"),
         (Self::YuleWalker, "yule-walker"),
     ];
 
-    /// The estimator of a name.
+    /// Estimator with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(estimator, _)| *estimator)
     }
 
-    /// The model of one order, with a constant or without.
+    /// Fits the model of one order, with or without a constant.
     ///
     /// # Errors
     ///
-    /// [`FitError`] if the record does not determine it.
+    /// [`FitError`] if the record does not determine the model.
     pub fn fit(self, record: &[f64], order: usize, constant: bool) -> Result<Fit, FitError> {
         check_size(record, order)?;
         if self == Self::LeastSquares {
@@ -58,7 +58,7 @@ impl Estimator {
         Ok(models.fit(n, constant).with_level(centre.level()))
     }
 
-    /// Variances of the residuals of orders 0..=order, and the number of residuals they share.
+    /// Residual variances of orders 0..=order, and the number of residuals that they share.
     ///
     /// # Errors
     ///
@@ -96,7 +96,7 @@ impl Estimator {
     }
 }
 
-/// Refuses an order before anything of its size is made.
+/// Refuses an order before memory of its size is allocated.
 fn check_size(record: &[f64], order: usize) -> Result<(), FitError> {
     if order >= record.len() {
         return Err(why_unfit(record, order, 0, 1));
@@ -110,40 +110,41 @@ fn mean(record: &[f64], constant: bool) -> Centre {
     if constant { Centre::mean(record) } else { Centre::default() }
 }
 
-/// z_k = sum_i phi_i z_(k-i) + a_k + constant, as a record determines it.
+/// The model z_k = sum_i phi_i z_(k-i) + a_k + constant of a record.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// Coefficients.
     pub phi: Vec<f64>,
-    /// 0 if none was fitted.
+    /// Constant, 0 if it was not fitted.
     pub constant: f64,
-    /// Variance of a.
+    /// Variance of a_k.
     pub sigma2: f64,
-    /// Of the estimates of phi and, last, the constant; zero for one that was not fitted.
+    /// Covariance of the estimates of phi and, last, the constant; zero for a constant that was not
+    /// fitted.
     pub covariance: DMatrix<f64>,
     /// Number of residuals.
     pub n: usize,
-    /// Condition number of the normal equations, the mean taken off, scaled to a unit diagonal.
+    /// Condition number of the normal equations without the mean, scaled to a unit diagonal.
     pub condition: f64,
 }
 
-/// The fit of a record's distances from a level.
+/// Fit of a record relative to a level.
 pub(super) struct NearFit {
     phi: Vec<f64>,
     constant: f64,
     sigma2: f64,
-    /// Times its transpose and sigma2, the covariance of phi and, last, the constant.
+    /// Root of the covariance of phi and, last, the constant: covariance = sigma2 root rootᵀ.
     root: DMatrix<f64>,
     n: usize,
     condition: f64,
 }
 
 impl NearFit {
-    /// The fit of the record itself.
+    /// Fit of the record itself.
     fn with_level(self, level: f64) -> Fit {
         let Self { phi, sigma2, mut root, n, condition, .. } = self;
         let constant = self.constant + level * (1.0 - phi.iter().sum::<f64>());
-        // The root has the digits that a difference of variances would lose.
+        // The root keeps the digits that a difference of variances would lose.
         let with_phi = root.rows(0, phi.len()).row_sum() * level;
         root.row_mut(phi.len()).zip_apply(&with_phi, |own, share| *own -= share);
         let covariance = &root * root.transpose() * sigma2;
@@ -151,19 +152,19 @@ impl NearFit {
     }
 }
 
-/// Reason why a record cannot be fitted at the requested order.
+/// Reason why a model of this order cannot be fitted to a record.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
     /// Every sample is missing.
     #[error("z holds no finite sample")]
     Empty,
-    /// All samples are the same.
+    /// All samples are equal.
     #[error("an autoregression needs samples that differ, all {count} are {value}")]
     Equal {
         /// Number of samples.
         count: usize,
-        /// Their value.
+        /// Value of the samples.
         value: f64,
     },
     /// No segment between missing samples is longer than the order.
@@ -177,7 +178,7 @@ pub enum FitError {
         /// Length of the longest segment.
         longest: usize,
     },
-    /// There are not more residuals than parameters.
+    /// There are no more residuals than parameters.
     #[error("an autoregression of order {order} needs at least {least} residuals, z gives {n}")]
     Residuals {
         /// The order.
@@ -187,24 +188,24 @@ pub enum FitError {
         /// Number of samples.
         n: usize,
     },
-    /// A sample follows from those before it, up to rounding.
+    /// A sample is determined by earlier samples, to rounding.
     #[error("z follows an autoregression of order {order} without any noise to estimate")]
     Noiseless {
         /// The order.
         order: usize,
     },
-    /// Samples of some lags follow from those of the others.
+    /// Samples at some lags are determined by samples at other lags.
     #[error("the samples of z at lags 1 to {order} are linearly dependent, take a lower order")]
     Dependent {
-        /// The longest lag.
+        /// Longest lag.
         order: usize,
     },
-    /// Squares overflow or vanish.
+    /// Squares overflow or underflow.
     #[error("the samples of z are too large or too small to be squared, give them in another unit")]
     Unit,
 }
 
-/// Below this, what is left of a sum of squares may have lost digits to underflow.
+/// Sum of squares below which the residual sum may have lost digits to underflow.
 const MIN_ENERGY: f64 = 1e-260;
 
 /// True if a model can be fitted to a record of `n` residuals and a sum of squares `energy`.

@@ -7,10 +7,10 @@ use super::kernel::{AddProducts, Centring, TILE};
 use crate::math::segments::segments;
 use crate::work;
 
-/// Samples that are centred together and then multiplied while they are in the nearest cache.
+/// Number of samples that are centred together and then multiplied in the nearest cache.
 const BLOCK: usize = 2048;
 
-/// Sums over the samples y_t of each segment from t = `order` on, and what lies at its ends.
+/// Sums over the samples y_t of each segment from t = `order` on, and terms at the segment's ends.
 #[derive(Debug, Clone)]
 pub struct NormalEquations {
     order: usize,
@@ -18,19 +18,19 @@ pub struct NormalEquations {
     n: usize,
     /// Number of present samples.
     present: usize,
-    /// Of y_t y_(t-j); beyond the order, up to a multiple of a tile, nothing that is used.
+    /// Sums of y_t y_(t-j); beyond the order, up to a multiple of a tile, they are not used.
     products: Vec<f64>,
-    /// The same of the samples before t = order.
+    /// Sums of products of the samples before t = order.
     early: Vec<f64>,
-    /// Of y_t.
+    /// Sum of y_t.
     sum: f64,
-    /// Terms that a sum of products y_(t-i) y_(t-j), and of y_(t-i), gains one lag further back.
+    /// Terms that a sum of products y_(t-i) y_(t-j), and of y_(t-i), gains at the next lag.
     edges: DMatrix<f64>,
     edge_sums: Vec<f64>,
 }
 
 impl NormalEquations {
-    /// Sums up to the lag `order`, once `centre` is taken off the samples.
+    /// Sums up to the lag `order`, after `centre` is subtracted from the samples.
     pub fn of(record: &[f64], order: usize, centre: Centre) -> Self {
         let mut pass = Pass::new(order, centre);
         let mut sums = Self::zero(order);
@@ -57,7 +57,7 @@ impl NormalEquations {
         }
     }
 
-    /// The number of samples with `order` others before them in their segment.
+    /// Number of samples with `order` earlier samples in their segment.
     pub fn n(&self) -> usize {
         self.n
     }
@@ -77,7 +77,7 @@ impl NormalEquations {
         self.products.iter().zip(&self.early).map(|(late, early)| late + early).collect()
     }
 
-    /// Sums of the products of `[1, y_(t-1), ..., y_(t-order), y_t]`, the first only if asked for.
+    /// Sums of the products of `[1, y_(t-1), ..., y_(t-order), y_t]`; the 1 only with a constant.
     pub fn gram(&self, constant: bool) -> DMatrix<f64> {
         let (lagged, sums) = self.lagged();
         let first = usize::from(constant);
@@ -90,7 +90,7 @@ impl NormalEquations {
         })
     }
 
-    /// Sums of y_(t-i) y_(t-j) and of y_(t-i): one lag further back, only the ends differ.
+    /// Sums of y_(t-i) y_(t-j) and of y_(t-i): at the next lag only the ends differ.
     fn lagged(&self) -> (DMatrix<f64>, Vec<f64>) {
         let mut sums = vec![self.sum];
         let mut lagged = DMatrix::zeros(self.order + 1, self.order + 1);
@@ -164,8 +164,8 @@ impl Pass {
         Self { centre, order, arch: Arch::new(), buffer, padding: start - order }
     }
 
-    /// Adds the products of all samples of a block but the first `order` with those before them;
-    /// returns the sum of these samples if all of the block are finite.
+    /// Adds the products of all samples of a block except the first `order` with earlier samples.
+    /// Returns the sum of these samples if all samples of the block are finite.
     fn add_block(&mut self, block: &[f64], products: &mut [f64]) -> Option<f64> {
         let (early, late) = block.split_at(self.order);
         let start = self.padding + self.order;
@@ -179,11 +179,10 @@ impl Pass {
     }
 }
 
-/// Samples whose mean is near enough to the record for its products to keep their digits.
+/// Number of samples whose mean is close enough to the record's for precise products.
 const MEAN_SAMPLES: usize = 256;
 
-/// Offset subtracted from every sample, in two parts: next to a large offset one number is too
-/// coarse.
+/// Offset subtracted from every sample, in two parts: for a large offset one number is too coarse.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Centre {
     origin: f64,
@@ -191,7 +190,7 @@ pub struct Centre {
 }
 
 impl Centre {
-    /// The level of the first samples that are there; that of equal samples, exactly.
+    /// The level of the first present samples; for equal samples their exact value.
     pub fn provisional(record: &[f64]) -> Self {
         let mut present = record.iter().filter(|z| z.is_finite()).take(MEAN_SAMPLES);
         let first = *present.next().unwrap_or(&0.0);
@@ -200,7 +199,7 @@ impl Centre {
         Self { origin: first + sum / count, rest: 0.0 }
     }
 
-    /// The mean of all samples that are there.
+    /// Mean of all present samples.
     pub fn mean(record: &[f64]) -> Self {
         let near = Self::provisional(record);
         let present = || record.iter().filter(|z| z.is_finite());
@@ -214,14 +213,14 @@ impl Centre {
         (z - self.origin) - self.rest
     }
 
-    /// The same of many samples.
+    /// Distances of many samples from the level.
     #[inline(always)]
     pub fn subtract_centre_all<S: Simd>(self, simd: S, z: S::f64s) -> S::f64s {
         let origin = simd.sub_f64s(z, simd.splat_f64s(self.origin));
         simd.sub_f64s(origin, simd.splat_f64s(self.rest))
     }
 
-    /// The level itself, rounded.
+    /// The level, rounded.
     pub fn level(self) -> f64 {
         self.origin + self.rest
     }

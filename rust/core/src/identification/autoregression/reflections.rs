@@ -7,7 +7,7 @@ use super::{FitError, NearFit, check};
 use crate::math::segments::segments;
 use crate::work;
 
-/// Models of orders 0, 1, ... of which each is the one before it, extended.
+/// Models of orders 0, 1, …; each extends the previous model.
 #[derive(Debug, Clone)]
 pub struct Reflections {
     /// Coefficients of each order.
@@ -17,12 +17,12 @@ pub struct Reflections {
 }
 
 impl Reflections {
-    /// Order 0: residuals are the samples, of this variance.
+    /// Order 0: the residuals are the samples, with this variance.
     pub fn new(variance: f64) -> Self {
         Self { phi: vec![Vec::new()], variances: vec![variance] }
     }
 
-    /// Appends the next order, whose last coefficient is given.
+    /// Adds the next order with its last coefficient.
     pub fn extend(&mut self, last: f64) {
         let mut phi = self.last().to_vec();
         step_up(&mut phi, last);
@@ -30,7 +30,7 @@ impl Reflections {
         self.phi.push(phi);
     }
 
-    /// The last coefficient of the next order, of these autocovariances (Levinson and Durbin).
+    /// Last coefficient of the next order, from these autocovariances (Levinson and Durbin).
     pub fn levinson(&self, covariances: &[f64]) -> f64 {
         let order = self.phi.len();
         let forecast = self.last().iter().zip(covariances[1..order].iter().rev());
@@ -58,7 +58,8 @@ impl Reflections {
         self.variances
     }
 
-    /// The highest order as a fit to `n` samples of mean 0, that was taken off for a constant.
+    /// The highest order as a fit to `n` samples with mean 0; with a constant the mean was
+    /// subtracted.
     pub fn fit(&self, n: usize, constant: bool) -> NearFit {
         let (phi, sigma2) = (self.last().to_vec(), self.last_variance());
         let (order, precision_root) = (phi.len(), self.precision_root());
@@ -68,8 +69,8 @@ impl Reflections {
         NearFit { phi, constant: 0.0, sigma2, root, n, condition: condition(&precision_root) }
     }
 
-    /// A root, its transpose on the right, of the inverse of the covariance of as many neighbouring
-    /// samples as the highest order: residuals of orders 0, 1, ... are uncorrelated.
+    /// Root of the inverse covariance of neighbouring samples, as many as the highest order: the
+    /// inverse is the root times its transpose. Residuals of orders 0, 1, … are uncorrelated.
     fn precision_root(&self) -> DMatrix<f64> {
         let order = self.last().len();
         let mut root = DMatrix::zeros(order, order);
@@ -85,7 +86,7 @@ impl Reflections {
     }
 }
 
-/// Condition number of a matrix whose inverse has this root, and equal elements on its diagonal.
+/// Condition number of a matrix with equal diagonal elements; `root` is the root of its inverse.
 fn condition(root: &DMatrix<f64>) -> f64 {
     if root.is_empty() {
         return 1.0;
@@ -94,18 +95,18 @@ fn condition(root: &DMatrix<f64>) -> f64 {
     (values.max() / values.min()).powi(2)
 }
 
-/// Turns an autoregression into that of the next order, whose last coefficient `r` is given.
+/// Converts an autoregression to the next order, with its last coefficient `r`.
 pub fn step_up(phi: &mut Vec<f64>, r: f64) {
     let before = phi.clone();
     phi.iter_mut().zip(before.iter().rev()).for_each(|(phi, mirrored)| *phi -= r * mirrored);
     phi.push(r);
 }
 
-/// Yule-Walker models of all orders up to `order`, whose first autocovariances are those of the
-/// record, and the number of samples.
+/// Yule-Walker models of all orders up to `order`, with the record's first autocovariances, and the
+/// number of samples.
 ///
-/// Autocovariances are sums over all pairs in a segment over the number of samples: they belong to a
-/// stationary process.
+/// An autocovariance is the sum over all pairs in a segment, divided by the number of samples: it
+/// belongs to a stationary process.
 pub fn yule_walker(
     record: &[f64],
     order: usize,
@@ -123,10 +124,10 @@ pub fn yule_walker(
     Ok((models, n))
 }
 
-/// Sums kept apart, which lets them run on vectors.
+/// Number of separate sums, which lets them run on vectors.
 const SUMS: usize = 8;
 
-/// Burg's models of all orders up to `order`, whose residuals forward and backward are least, and
+/// Burg's models of all orders up to `order`, with the smallest forward and backward residuals, and
 /// the number of samples.
 pub fn burg(
     record: &[f64],
@@ -146,7 +147,7 @@ pub fn burg(
     Ok((models, n))
 }
 
-/// The coefficient over all segments, after which their residuals are those of the next order.
+/// Coefficient over all segments; the residuals then belong to the next order.
 fn next_reflection(errors: &mut [Errors]) -> f64 {
     let (products, squares) = errors.iter_mut().fold((0.0, 0.0), |(products, squares), errors| {
         work::pause();
@@ -158,8 +159,8 @@ fn next_reflection(errors: &mut [Errors]) -> f64 {
     reflection
 }
 
-/// Residuals of a segment, as many as have enough samples on both sides: forward from sample m on,
-/// and backward one sample behind it.
+/// Residuals of a segment for samples with enough neighbours on the two sides: forward from sample
+/// m on, and backward one sample earlier.
 struct Errors {
     forward: Vec<f64>,
     backward: Vec<f64>,
@@ -173,7 +174,7 @@ impl Errors {
         Self { backward: work::collect(forward.iter().copied()), forward, m: 0 }
     }
 
-    /// Sums of the products of what is to be forecast from each other, and of the squares.
+    /// Sums of the products of the two kinds of residuals, and of their squares.
     fn sums(&mut self) -> (f64, f64) {
         let (forward, backward) = self.pairs();
         (dot(forward, backward), dot(forward, forward) + dot(backward, backward))
@@ -187,7 +188,8 @@ impl Errors {
         self.m += 1;
     }
 
-    /// Forward residuals, and backward ones of the sample before the first used by them.
+    /// Forward residuals, and backward residuals of the sample before the first sample that they
+    /// use.
     fn pairs(&mut self) -> (&mut [f64], &mut [f64]) {
         let count = self.forward.len().saturating_sub(self.m + 1);
         let start = self.forward.len() - count;

@@ -1,4 +1,4 @@
-//! The covariance through a prediction and a correction, and the factors of the gain.
+//! The covariance in a prediction and a correction, and the factors of the gain.
 #![allow(non_snake_case)]
 
 use nalgebra::ComplexField;
@@ -9,10 +9,10 @@ use super::size::{Size, Work};
 use super::{MAX_VARIANCE, MIN_PIVOT, ROUNDING};
 use crate::math::{Fours, OnRows, Pairs, widest};
 
-/// The density that the variances of the innovations give, next to the gain.
+/// Density from the variances of the innovations, computed with the gain.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::linear) struct Weighed {
-    /// -½ log det(2π S) of what corrects.
+    /// -½ log det(2π S) of the measurements that correct.
     pub log_density: f64,
 }
 
@@ -28,10 +28,10 @@ pub(in crate::linear) fn predict_covariance<S: Size>(
     transform(size.states(), F, Q, P, work.b, work.c, work.before);
 }
 
-/// The gain of the measurements that count, and P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
+/// Computes the gain of the used measurements, and P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
 ///
-/// With S = H P Hᵀ + R = L D Lᵀ, Cholesky's factors without roots, `v` is L⁻¹ H P and `k` the transposed
-/// gain L⁻ᵀ D⁻¹ v.
+/// S = H P Hᵀ + R = L D Lᵀ has Cholesky's factors without roots. `v` is L⁻¹ H P, and `k` is the
+/// transposed gain L⁻ᵀ D⁻¹ v.
 #[inline(always)]
 pub(in crate::linear) fn correct_covariance<S: Size>(
     size: S,
@@ -64,7 +64,7 @@ pub(in crate::linear) fn correct_covariance<S: Size>(
     weighed
 }
 
-/// Does work in the widest registers, in a function of its own.
+/// Does work in the widest registers, in its own function.
 #[inline(never)]
 fn run_widest<W: OnRows<Output = ()>>(work: W) {
     widest(work);
@@ -101,7 +101,7 @@ impl<S: Size> OnRows for Joseph<'_, S> {
     }
 }
 
-/// P ← A P Aᵀ + D, of D the upper triangle.
+/// P ← A P Aᵀ + D, from the upper triangle of D.
 #[inline(always)]
 fn transform<S: Size>(
     size: S,
@@ -163,7 +163,8 @@ fn transform_by<S: Size, F: Fours>(
     product(fours, false, [n; 3], A, P, ap);
     transpose(n, n, A, room);
     product(fours, true, [n; 3], ap, room, P);
-    // Row by row, as it is read again: what stands in pieces is late.
+    // Row by row, in the order in which it is read again: pieces would be read before they are
+    // written.
     let mut trace = 0.0;
     for i in 0..n {
         for j in i..n {
@@ -184,7 +185,7 @@ fn transform_by<S: Size, F: Fours>(
     }
 }
 
-/// Makes of measurements that do not count some that say nothing: H = 0, R = 1.
+/// Replaces unused measurements by measurements without information: H = 0, R = 1.
 #[cold]
 #[inline(never)]
 fn choose(n: usize, m: usize, counts: &[bool], H: &mut [f64], R: &mut [f64]) {
@@ -197,7 +198,7 @@ fn choose(n: usize, m: usize, counts: &[bool], H: &mut [f64], R: &mut [f64]) {
     }
 }
 
-/// S = H P Hᵀ + R, of which the lower triangle.
+/// Lower triangle of S = H P Hᵀ + R.
 #[inline(always)]
 fn innovation_covariance(
     n: usize,
@@ -217,7 +218,7 @@ fn innovation_covariance(
             }
             S[i * m + j] = sum;
         }
-        // What rounding leaves of states that cancel each other is no knowledge.
+        // If states cancel each other, the remainder is rounding and no information.
         let mut terms = 0.0;
         for h in 0..n {
             terms += H[i * n + h] * H[i * n + h] * P[h * n + h];
@@ -226,7 +227,7 @@ fn innovation_covariance(
     }
 }
 
-/// L D Lᵀ = S in place of it, D on the diagonal; a row that is left out has a reciprocal of zero.
+/// L D Lᵀ = S in place, with D on the diagonal; an unused row has a reciprocal of zero.
 #[inline(always)]
 fn factorise(n: usize, m: usize, counts: &[bool], S: &mut [f64], inverse: &mut [f64]) -> Weighed {
     let mut log_density = 0.0;

@@ -11,8 +11,8 @@ pub(super) fn shrink(P: &mut [f64], factor: f64) {
     P.iter_mut().for_each(|p| *p *= factor);
 }
 
-/// True if P and `tolerance` times its diagonal are a covariance, by elimination: no size of a state
-/// hides another one. A state without variance must have no covariances.
+/// True if P plus `tolerance` times its diagonal is a covariance. It is tested by elimination, and
+/// does not depend on the sizes of the states. A state without variance must have no covariances.
 #[inline(always)]
 pub(in crate::linear) fn is_semidefinite(
     n: usize,
@@ -24,14 +24,14 @@ pub(in crate::linear) fn is_semidefinite(
     is_semidefinite_in(n, P, tolerance, room)
 }
 
-/// True if P is a covariance as every step leaves it and a checkpoint takes it: to `n` times what one
-/// rounding costs, and once more for the factor by which a step may shrink it.
+/// True if P is a covariance after a step and valid in a checkpoint. The tolerance is `n` times one
+/// rounding, and once more for the factor by which a step may shrink P.
 #[cfg(feature = "std")]
 pub(in crate::linear) fn is_settled(n: usize, P: &[f64], room: &mut [f64]) -> bool {
     is_semidefinite(n, P, 2.0 * n as f64 * ROUNDING, room)
 }
 
-/// The same as [`is_semidefinite`] with the upper triangle of P, or of a multiple of it, in the room.
+/// [`is_semidefinite`] with the upper triangle of P, or of a multiple of it, in the working memory.
 #[inline(always)]
 pub(super) fn is_semidefinite_in(n: usize, P: &[f64], tolerance: f64, room: &mut [f64]) -> bool {
     let (P, room) = (&P[..n * n], &mut room[..n * n]);
@@ -52,7 +52,7 @@ pub(super) fn is_semidefinite_in(n: usize, P: &[f64], tolerance: f64, room: &mut
         let above = &above[j * n..];
         for i in j + 1..n {
             let factor = above[i] * inverse;
-            // From an even place on: two at once.
+            // From an even index: two at once.
             for h in i - i % 2..n {
                 below[(i - j - 1) * n + h] -= factor * above[h];
             }
@@ -61,8 +61,8 @@ pub(super) fn is_semidefinite_in(n: usize, P: &[f64], tolerance: f64, room: &mut
     so
 }
 
-/// Makes a covariance of A P Aᵀ + D, which rounding has made indefinite: adds to each variance what
-/// rounding may have cost it, then weakens the correlations until it is one.
+/// Repairs a covariance A P Aᵀ + D that rounding has made indefinite. It adds the possible rounding
+/// error to each variance, then reduces the correlations until the matrix is a covariance.
 #[cold]
 #[inline(never)]
 pub(super) fn repair(
@@ -88,7 +88,7 @@ pub(super) fn repair(
         }
     }
     let mut weaker = n as f64 * ROUNDING;
-    // At last nothing is left but the variances.
+    // In the end only the variances remain.
     while weaker < 4.0 && !is_semidefinite(n, P, 0.5 * n as f64 * ROUNDING, room) {
         for i in 0..n {
             for j in 0..n {

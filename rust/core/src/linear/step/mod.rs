@@ -1,7 +1,7 @@
-//! The arithmetic of a step, for sizes known when it is compiled or when it runs.
+//! Arithmetic of a step, for sizes known at compile time or at run time.
 //!
-//! Matrices stand row after row. Where channels have one model and miss the same samples, they have one
-//! covariance, and [`advance_several`] takes several of them at once.
+//! Matrices are stored row after row. Channels with one model that miss the same samples have one
+//! covariance, and [`advance_several`] processes several of them at once.
 
 mod covariance;
 mod definiteness;
@@ -25,16 +25,16 @@ pub(super) use self::states::{Advance, ChannelOutputs, advance_one, is_known};
 pub const MAX_ELEMENT: f64 = 1e30;
 /// Largest element of Q, R and the initial covariance, and largest trace of a covariance.
 pub const MAX_VARIANCE: f64 = 1e60;
-/// Largest measurement and input; what is larger is missing.
+/// Largest measurement and input; a larger value is missing.
 pub const MAX_SAMPLE: f64 = 1e150;
-/// Largest state; what would be larger is held there.
+/// Largest state; a larger state is limited to it.
 pub const MAX_STATE: f64 = 1e150;
-/// Variance of an innovation that none can have: nothing is divided by a smaller one.
+/// Smallest variance of an innovation: nothing is divided by a smaller value.
 const MIN_PIVOT: f64 = 1e-100;
-/// Variance too small to be computed with.
+/// Smallest variance for computations.
 pub(super) const MIN_VARIANCE: f64 = 1e-250;
-/// Error of one rounding, relative to the terms of a sum; and the loss that may have cost a
-/// covariance its definiteness, relative to its variances, a state.
+/// Error of one rounding, relative to the terms of a sum; and loss per state, relative to the
+/// variances, that may have made a covariance indefinite.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// Channels of one covariance that are taken at once.
+/// Number of channels with one covariance that are processed at once.
 pub(super) const LANES: usize = 4;

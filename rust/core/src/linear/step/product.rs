@@ -1,4 +1,4 @@
-//! Products and transposes of matrices that stand row after row.
+//! Products and transposes of matrices stored row after row.
 
 use core::ops::{Add, Mul};
 
@@ -6,7 +6,8 @@ use wide::f64x2;
 
 use crate::math::Fours;
 
-/// c = a b, of sizes rows × inner and inner × columns; of a square the `upper` triangle at least.
+/// c = a b, of sizes rows × inner and inner × columns; with `upper` at least the upper triangle of
+/// a square.
 #[inline(always)]
 pub(in crate::linear) fn product<F: Fours>(
     fours: F,
@@ -25,7 +26,7 @@ pub(in crate::linear) fn product<F: Fours>(
             four(fours, row, b, columns, j, out);
             j += 4;
         }
-        // In smaller ones a number written alone would be read with its neighbour too soon.
+        // In smaller matrices, a pair would be read too soon after one of its numbers was written.
         if j + 2 <= columns && columns > 3 {
             tile(row, b, columns, j, out, f64x2::from, f64x2::to_array);
             j += 2;
@@ -50,7 +51,7 @@ fn four<F: Fours>(fours: F, row: &[f64], b: &[f64], columns: usize, j: usize, ou
     }
 }
 
-/// Two, or one.
+/// Two elements, or one.
 #[inline(always)]
 fn tile<T, const W: usize>(
     row: &[f64],

@@ -1,27 +1,27 @@
-//! The sizes of a filter, known to the compiler or when it runs, and the room of a step.
+//! Sizes of a filter, known at compile time or at run time, and working memory of a step.
 
 use wide::f64x4;
 
-/// States and measurements.
+/// Numbers of states and measurements.
 pub(in crate::linear) trait Size: Copy {
-    /// The same states, whatever is measured: what needs no more is compiled once for them.
+    /// The same number of states with any measurements: code that needs no more is compiled once
+    /// for them.
     type States: Size;
-    /// A number for each state, and one for each measurement: in registers where the compiler knows
-    /// how many.
+    /// One number per state, or per measurement; in registers if the compiler knows the size.
     type Column<'a, T: Copy + 'a>: AsMut<[T]>;
     type Row<'a, T: Copy + 'a>: AsMut<[T]>;
-    /// True if so little is done for them that a call would take longer.
+    /// True if a step is so short that a call would take longer.
     const IS_SMALL: bool;
 
     fn n(self) -> usize;
     fn m(self) -> usize;
     fn states(self) -> Self::States;
-    /// Both to write into, in this room if the size is not known before it runs.
+    /// Columns for writing, in this working memory if the size is known only at run time.
     fn column<'a, T: Copy + 'a>(self, zero: T, room: &'a mut [T]) -> Self::Column<'a, T>;
     fn row<'a, T: Copy + 'a>(self, zero: T, room: &'a mut [T]) -> Self::Row<'a, T>;
 }
 
-/// Sizes that the compiler knows.
+/// Sizes known to the compiler.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::linear) struct Fixed<const N: usize, const M: usize>;
 
@@ -57,36 +57,36 @@ impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     }
 }
 
-/// Room for what a step computes on its way.
+/// Working memory for the intermediate results of a step.
 #[derive(Debug)]
 pub(in crate::linear) struct Work<'a> {
-    /// n × n: I - K H, room for two, K R Kᵀ.
+    /// n × n: I - K H, two working matrices, K R Kᵀ.
     pub a: &'a mut [f64],
     pub b: &'a mut [f64],
     pub c: &'a mut [f64],
     pub d: &'a mut [f64],
-    /// m × n: H P, L⁻¹ H P, the transposed gain, the rows of H that count, R Kᵀ.
+    /// m × n: H P, L⁻¹ H P, the transposed gain, the used rows of H, R Kᵀ.
     pub hp: &'a mut [f64],
     pub v: &'a mut [f64],
     pub k: &'a mut [f64],
     pub h: &'a mut [f64],
-    /// m × m: the factor L, R of what counts.
+    /// m × m: the factor L, and R of the used measurements.
     pub l: &'a mut [f64],
     pub r: &'a mut [f64],
     pub rk: &'a mut [f64],
-    /// m: reciprocals of the diagonal D, and what counts.
+    /// m: reciprocals of the diagonal D, and the used measurements.
     pub inverse: &'a mut [f64],
     pub counts: &'a mut [bool],
     /// n: variances before the step.
     pub before: &'a mut [f64],
-    /// n, n and m: states, those predicted, and D⁻¹ L⁻¹ y of one channel and
-    /// of several; empty where they are [columns](Size::Column) of their own.
+    /// n, n and m: states, predicted states, and D⁻¹ L⁻¹ y, of one channel and of several. Empty if
+    /// they are [columns](Size::Column).
     pub one: [&'a mut [f64]; 3],
     #[cfg_attr(not(feature = "std"), allow(dead_code))]
     pub several: [&'a mut [f64x4]; 3],
 }
 
-/// Room of a fixed size.
+/// Working memory of fixed size.
 #[derive(Debug)]
 pub(in crate::linear) struct FixedRoom<const N: usize, const M: usize> {
     a: [[f64; N]; N],

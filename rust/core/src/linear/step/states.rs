@@ -1,4 +1,4 @@
-//! The states of channels through a prediction and a correction, one channel or several at once.
+//! States of channels in a prediction and a correction, for one channel or several at once.
 #![allow(non_snake_case)]
 
 use core::ops::{Add, Mul, Sub};
@@ -12,13 +12,13 @@ use super::{LANES, MAX_SAMPLE, MAX_STATE};
 /// Effect of a step on the states of channels with one covariance.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::linear) struct Advance<'a> {
-    /// F, B and the inputs, p a channel, of a prediction.
+    /// F, B and the inputs, p per channel, of a prediction.
     pub predict: Option<(&'a [f64], &'a [f64], &'a [f64])>,
-    /// H, the measurements and what was weighed, of a correction; if none counts nothing was.
+    /// H, the measurements and their weights, of a correction; `None` if no measurement is used.
     pub correct: Option<(&'a [f64], &'a [f64], Option<Weighed>)>,
 }
 
-/// Outputs of channels: states, innovations, sums of the squares of the whitened innovations,
+/// Outputs of channels: states, innovations, sums of the squared whitened innovations, and
 /// log-likelihoods.
 #[derive(Debug)]
 pub(in crate::linear) struct ChannelOutputs<'a> {
@@ -28,7 +28,7 @@ pub(in crate::linear) struct ChannelOutputs<'a> {
     pub log_likelihood: &'a mut [f64],
 }
 
-/// x ← F x + B u, then x ← x + K (z - H x), of one channel.
+/// x ← F x + B u, then x ← x + K (z - H x), for one channel.
 #[inline(never)]
 pub(in crate::linear) fn advance_one<S: Size>(
     size: S,
@@ -41,7 +41,7 @@ pub(in crate::linear) fn advance_one<S: Size>(
     advance(size, channel, step, &Gain { counts, l, inverse, v }, outputs, one);
 }
 
-/// The same of so many times [`LANES`] channels, that many at once.
+/// Advances a multiple of [`LANES`] channels, several at once.
 #[cfg(feature = "std")]
 #[inline(never)]
 pub(in crate::linear) fn advance_several<S: Size>(
@@ -122,7 +122,7 @@ fn advance<S: Size, T: Lanes>(
     }
 }
 
-/// x ← x + K (z - H x); the square of the innovation relative to S.
+/// x ← x + K (z - H x); returns the square of the innovation relative to S.
 #[inline(always)]
 fn correct<S: Size, T: Lanes>(
     size: S,
@@ -165,17 +165,17 @@ fn correct<S: Size, T: Lanes>(
     squares
 }
 
-/// The number of one channel, or those of several: to each the same is done.
+/// The number of one channel, or the numbers of several; each number is treated in the same way.
 trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     const COUNT: usize;
 
     fn of(x: f64) -> Self;
-    /// The number at a place of each channel's row, of `width` numbers.
+    /// The number at an index of each channel's row, which has `width` numbers.
     fn read(width: usize, index: usize, rows: &[f64]) -> Self;
-    /// The same of an input; a missing one is none.
+    /// The input at an index of each channel's row; a missing input is zero.
     fn read_input(width: usize, index: usize, rows: &[f64]) -> Self;
     fn write(self, width: usize, index: usize, rows: &mut [f64]);
-    /// Within ±[`MAX_STATE`].
+    /// The number limited to ±[`MAX_STATE`].
     fn bound(self) -> Self;
 }
 
@@ -245,7 +245,7 @@ impl Lanes for f64x4 {
     }
 }
 
-/// True if a measurement or an input is there.
+/// True if a measurement or an input is present.
 #[inline(always)]
 pub(in crate::linear) fn is_known(z: f64) -> bool {
     z.abs() <= MAX_SAMPLE

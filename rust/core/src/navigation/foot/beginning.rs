@@ -8,17 +8,17 @@ use super::{DEGREE, FORCE_S, GRAVITY, MAX_GRAVITY_ERROR_M_S2};
 #[cfg(feature = "std")]
 use crate::navigation::motion::rotation;
 
-/// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
-/// velocity likewise.
+/// Initial standard deviations: biases, rad/s and m/s²; level after a rest and without a rest;
+/// velocity after a rest and without.
 const GYRO_BIAS_SIGMA_RAD_S: f64 = 0.3 * DEGREE;
 const ACCEL_BIAS_SIGMA_M_S2: f64 = 0.1;
 const LEVEL_SIGMAS_RAD: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
 const MAX_LEVEL_SIGMA_RAD: f64 = 1.0;
 const VELOCITY_SIGMA_M_S: f64 = 0.01;
-/// Of an axis that is as good as vertical: the square of its level part.
+/// Limit of an almost vertical axis: the square of its horizontal part.
 #[cfg(feature = "std")]
 const MIN_LEVEL_SHARE: f64 = 0.01;
-/// Of the heading at a rest, rad.
+/// Standard deviation of the heading at a rest, rad.
 const HEADING_SIGMA_RAD: f64 = 1e-6;
 
 /// Estimates of a gyro and an accelerometer at rest.
@@ -34,7 +34,7 @@ pub(super) struct Beginning {
     pub attitude: Matrix3<f64>,
     pub gyro_bias: Vector3<f64>,
     pub accel_bias: Vector3<f64>,
-    /// Deviations: velocity, level, and bias of the gyro.
+    /// Standard deviations of velocity, level, and bias of the gyro.
     pub velocity: f64,
     pub level: f64,
     pub heading: f64,
@@ -43,7 +43,7 @@ pub(super) struct Beginning {
 }
 
 impl Beginning {
-    /// In a rest with this mean force and rate, the latter with its deviation.
+    /// Beginning in a rest with this mean force and rate, and the rate's standard deviation.
     pub fn at_rest(force: &Vector3<f64>, rate: &Vector3<f64>, sigma: f64) -> Self {
         let size = force.norm();
         let share = GYRO_BIAS_SIGMA_RAD_S * GYRO_BIAS_SIGMA_RAD_S
@@ -62,8 +62,8 @@ impl Beginning {
         }
     }
 
-    /// Without a rest, in a valley of the bound with this mean force; the tilt is as uncertain as the
-    /// valley is shallow. Zero velocities are `seconds` apart.
+    /// Beginning without a rest, in a minimum of the bound with this mean force. A shallow minimum
+    /// makes the tilt less certain. Zero velocities are `seconds` apart.
     pub fn in_valley(force: &Vector3<f64>, bound: f64, seconds: f64) -> Self {
         Self {
             attitude: levelled(force),
@@ -77,12 +77,12 @@ impl Beginning {
         }
     }
 
-    /// Counts the heading from a sample so many seconds before, at which it was turned so.
+    /// Sets the heading relative to an earlier sample with this orientation, `seconds` before.
     #[cfg(feature = "std")]
     pub fn head_from(&mut self, [w, x, y, z]: [f64; 4], seconds: f64) {
         let heading = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
         self.attitude = rotation(&Vector3::new(0.0, 0.0, -heading)) * self.attitude;
-        // A tilt turns the heading of an axis that is not level.
+        // A tilt turns the heading of an axis that is not horizontal.
         let slope = 2.0 * (x * z - w * y);
         let level = slope * slope / (1.0 - slope * slope).max(MIN_LEVEL_SHARE);
         let heading = self.gyro * self.gyro * seconds * seconds + self.level * self.level * level;
@@ -90,7 +90,8 @@ impl Beginning {
     }
 }
 
-/// Standard deviation of a tilt by the force in a valley: the part of its bound that force can be, rad.
+/// Standard deviation of a tilt from the force in a minimum, rad: the part of the bound that the
+/// force can cause.
 pub(super) fn valley_level(bound: f64) -> f64 {
     let tilt = bound / (FORCE_S * GRAVITY);
     let tilt = if tilt < MAX_LEVEL_SIGMA_RAD { tilt } else { MAX_LEVEL_SIGMA_RAD };
@@ -102,7 +103,8 @@ pub(super) fn is_gravity(size: f64) -> bool {
     (size - GRAVITY).abs() < MAX_GRAVITY_ERROR_M_S2
 }
 
-/// Roll and pitch of a force at rest, and no heading: to axes of which the third is down.
+/// Rotation with roll and pitch of a force at rest, without a heading, to axes with the third axis
+/// down.
 fn levelled(force: &Vector3<f64>) -> Matrix3<f64> {
     let size = force.norm();
     let f = if size > 1e-9 { force / size } else { -Vector3::z() };

@@ -1,4 +1,4 @@
-//! A bound of the speed of a foot: what it would be if it stood on a pivot near the sensor.
+//! A bound of a foot's speed: the speed of a foot that stands on a pivot near the sensor.
 
 use nalgebra::Vector3;
 

@@ -9,28 +9,27 @@ use super::runs;
 use crate::error::Error;
 use crate::memory;
 
-/// Samples that a run needs on either side.
+/// Number of samples that a run needs on each side.
 const FLANK_SAMPLES: usize = 3;
 
 /// One axis and sign that was clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clipped {
-    /// Of the gyro.
+    /// Axis of the gyro.
     pub axis: usize,
-    /// 1 or -1.
+    /// Sign, 1 or -1.
     pub sign: f64,
-    /// The range, rad/s.
+    /// Range of the gyro, rad/s.
     pub limit: f64,
-    /// Samples that were restored.
+    /// Number of restored samples.
     pub samples: usize,
 }
 
-/// Restores, in place, rates (rad/s, finite) that a gyro clipped, of samples `dt` seconds apart;
-/// adds to `variance`, one a sample, what a restored rate is wrong by: density of a white noise,
-/// rad²/s.
+/// Restores clipped rates (rad/s, finite) in place; samples are `dt` seconds apart. Adds the error
+/// of each restored rate to `variance`: density of a white noise, rad²/s.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is none.
+/// [`Error::Memory`] if there is no memory.
 pub fn restore_clipped(
     gyro: &mut [[f64; 3]],
     dt: f64,
@@ -107,7 +106,7 @@ mod tests {
     use super::restore_clipped;
     use crate::navigation::foot::DEGREE;
 
-    /// Oscillations of 700 deg/s, half a second each, of which a gyro shows no more than its range.
+    /// Oscillations of 700 deg/s, half a second each, limited to the gyro's range.
     fn oscillations(range: f64) -> Vec<[f64; 3]> {
         let rate = |k: usize| 700.0 * DEGREE * (k as f64 * 0.005 * core::f64::consts::TAU).sin();
         (0..2000).map(|k| [0.0, rate(k).min(range * DEGREE), 0.0]).collect()

@@ -1,12 +1,12 @@
-//! Prediction from the flanks of a clipped run: a cubic through the samples next to it, with their
+//! Prediction from the flanks of a clipped run: a cubic through the neighbouring samples with their
 //! slopes.
 
-/// A restored rate is at most so many limits, and wrong by these parts: of what was added, and of the
-/// limit.
+/// Largest ratio of a restored rate to the limit, and its error as shares of the added rate and of
+/// the limit.
 pub(super) const MAX_RATE_RATIO: f64 = 2.0;
 const RATE_ERROR_SHARES: [f64; 2] = [0.5, 0.05];
 
-/// A cubic over a run; steps count from the sample before it.
+/// A cubic over a run; steps count from the sample before the run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cubic {
     steps: f64,
@@ -15,7 +15,7 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// Over `count` samples, with the two samples before and the two after it.
+    /// The cubic over `count` samples, from two samples before and two samples after the run.
     pub fn over(count: usize, before: [f64; 2], after: [f64; 2]) -> Self {
         let (rise, fall) = (before[1] - before[0], after[1] - after[0]);
         Self {
@@ -25,7 +25,7 @@ impl Cubic {
         }
     }
 
-    /// At the sample of this number in the run.
+    /// Value at the sample with this index in the run.
     pub fn at(&self, k: usize) -> f64 {
         let s = (k + 1) as f64 / self.steps;
         let (s2, s3) = (s * s, s * s * s);
@@ -38,8 +38,8 @@ impl Cubic {
     }
 }
 
-/// Density of a white noise, rad²/s, of rates that are wrong by one constant for so many seconds,
-/// after `added` was restored on average.
+/// Density of a white noise, rad²/s, for rates with one constant error during `seconds`. `added` is
+/// the mean rate that was restored.
 pub(super) fn density(added: f64, limit: f64, seconds: f64) -> f64 {
     let wrong = RATE_ERROR_SHARES[0] * added + RATE_ERROR_SHARES[1] * limit;
     wrong * wrong * seconds

@@ -1,4 +1,4 @@
-//! The samples before the valley in which the filter begins: the same strapdown, backwards.
+//! The samples before the minimum in which the filter begins: the same strapdown, backwards.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -7,19 +7,20 @@ use crate::navigation::earth::LocalEarth;
 use crate::navigation::filter::quaternion;
 use crate::navigation::motion::{Motion, Step};
 
-/// Where the foot stands, and what is taken off its sensors, rad/s and m/s².
+/// State of the standing foot, and biases of its sensors, rad/s and m/s².
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {
-    /// Turns the axes of the sensor to north, east, down.
+    /// Rotation from the sensor's axes to north, east, down.
     pub attitude: Matrix3<f64>,
-    /// Of the gyro.
+    /// Bias of the gyro.
     pub gyro_bias: Vector3<f64>,
-    /// Of the accelerometer.
+    /// Bias of the accelerometer.
     pub accel_bias: Vector3<f64>,
 }
 
 impl Stand {
-    /// Of a quaternion, scalar first, from the sensor's axes to ahead, right, down, and two biases.
+    /// State from a quaternion, scalar first, from the sensor's axes to ahead, right, down, and two
+    /// biases.
     pub fn new([w, x, y, z]: [f64; 4], biases: &[[f64; 3]]) -> Self {
         let turn = Quaternion::new(w, x, y, z);
         let attitude = UnitQuaternion::from_quaternion(turn).to_rotation_matrix().into_inner();
@@ -28,8 +29,8 @@ impl Stand {
     }
 }
 
-/// Goes back from the last of these samples, at which the foot stands, to the first: calls `put` with
-/// the number of each but the last, and position, velocity and orientation there.
+/// Integrates backwards from the last of these samples, at which the foot stands, to the first.
+/// Calls `put` for each sample except the last, with its index, position, velocity and orientation.
 pub fn go_back(
     time: &[f64],
     [gyro, accel]: [&[[f64; 3]]; 2],
@@ -42,7 +43,7 @@ pub fn go_back(
     for k in (1..time.len()).rev() {
         let dt = time[k] - time[k - 1];
         let ((now, pushed), (next, force)) = (of(k), of(k - 1));
-        // Backwards in time rates and velocities have the other sign, forces the same.
+        // Backwards in time, rates and velocities change their sign, forces do not.
         let turn = (from.gyro_bias - (now + next) * 0.5) * dt + now.cross(&next) * (dt * dt / 12.0);
         let mean = ((pushed + force) * 0.5 - from.accel_bias) * dt;
         let sculling = (now.cross(&force) + pushed.cross(&next)) * (-dt * dt / 12.0);

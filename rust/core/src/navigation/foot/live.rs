@@ -1,4 +1,4 @@
-//! A sensor on a foot while its samples arrive: a window of the speed bound late.
+//! Live filter for a sensor on a foot; it is late by a window of the speed bound.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -19,56 +19,56 @@ use crate::navigation::covariance::{Errors, STATES};
 use crate::navigation::filter::Inertial;
 use crate::stream::Stream;
 
-/// Before a sample, s, the lowest bound is looked for.
+/// Time before a sample in which the lowest bound is searched, s.
 const LOOK_BACK_S: f64 = 1.5;
-/// Nodes of that time at most.
+/// Largest number of nodes in that time.
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
-/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has
-/// ended, at which the bound is so many times the valley's.
+/// Without a rest the filter begins in a minimum of this time, s. It has no output before the
+/// minimum has ended: the bound is then this multiple of the minimum.
 const START_WINDOW_S: f64 = 1.5;
 const MIN_END_RATIO: f64 = 5.0;
-/// With a range, for so long rates that are clipped wait for their end, s.
+/// Longest time for which clipped rates wait for their end, s, if the range is known.
 const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
 const MAX_RANGE: f64 = 1e4;
-/// Most samples per second.
+/// Largest sample rate, Hz.
 const MAX_RATE_HZ: f64 = 1200.0;
 const MAX_BOUND: f64 = 1e9;
 
-/// Parameters.
+/// Parameters of a foot filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootParams {
     /// Samples per second.
     pub rate: f64,
-    /// True if the floor is level, steps excepted.
+    /// True if the floor is level, except for steps.
     pub level: bool,
     /// Range of the gyro, rad/s, if known.
     pub gyro_range: Option<f64>,
 }
 
-/// Derived numbers of samples.
+/// Numbers of samples that follow from the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Lengths {
     dt: f64,
-    /// Samples of half a window, between two nodes, and of a block of a rest.
+    /// Samples in half a window, between two nodes, and in a block of a rest.
     half: u64,
-    /// By how many samples what is reported is behind the last one.
+    /// Delay of the output behind the last sample, in samples.
     late: u64,
     every: u64,
     block: u32,
-    /// Nodes in which the lowest bound is looked for.
+    /// Number of nodes in which the lowest bound is searched.
     nodes: u32,
 }
 
-/// The stance under way, or the last one.
+/// The present stance, or the last one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Standing {
-    /// Seconds since the last node that stood.
+    /// Time since the last node at which the foot stood, s.
     gap: f64,
     lowest: f64,
-    /// Its height was looked at.
+    /// True if the height of this stance was tested.
     floored: bool,
     stood: bool,
     count: u64,
@@ -83,21 +83,21 @@ pub struct FootFilter {
     recent: Recent,
     known: AtRest,
     walker: Option<Walker>,
-    /// The bound at the reported sample, m/s; NaN before one.
+    /// Bound at the output's sample, m/s; NaN before the first.
     bound: f64,
-    /// The lowest bound of each of the last nodes, and of that under way.
+    /// Lowest bound of each of the last nodes, and of the present node.
     lows: [[f64; ROW]; ROWS],
     low: f64,
-    /// The bound of the valley in which it began, and true if that has ended.
+    /// Bound of the minimum in which the filter began, and a flag for the minimum's end.
     least: f64,
     begun: bool,
     still: Still,
-    /// True if it began in a rest.
+    /// True if the filter began in a rest.
     rested: bool,
     /// A rest that has ended, for the next node.
     rest: Option<RestMean>,
     standing: Standing,
-    /// The largest rate about an axis to date, rad/s.
+    /// Largest rate about an axis to date, rad/s.
     fastest: f64,
     swings: Swings,
 }
@@ -120,10 +120,10 @@ impl Lengths {
 }
 
 impl FootFilter {
-    /// Before the first sample.
+    /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if one is out of its range.
+    /// [`Error::Parameter`] if a parameter is out of range.
     pub fn new(params: FootParams) -> Result<Self, Error> {
         let (rate, expected) = (params.rate, "from 48 to 1200 samples a second");
         require((MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate), "rate", expected, rate)?;
@@ -183,8 +183,8 @@ impl FootFilter {
         samples as f64 * self.lengths.dt
     }
 
-    /// True if it begins here: nothing is known, or it moves less than at any sample before its
-    /// first valley had ended, or much less than in that.
+    /// True if the filter begins at this sample. Nothing is known yet; or the foot moves less than
+    /// at all samples before the first minimum's end; or it moves much less than in that minimum.
     fn begins(&mut self, k: u64) -> bool {
         if self.rested || self.bound == f64::INFINITY {
             return false;
@@ -225,7 +225,7 @@ impl FootFilter {
             rest: false,
         };
         if let Some(walker) = &mut self.walker {
-            // Times are counted: one after the other.
+            // Times follow from counts and increase.
             let _ = walker.step(&sample, slot.variance, &mut ());
         }
         self.swings.add(self.lengths.dt, turn_of(&self.recent.slot(k).gyro), self.bound);
@@ -289,8 +289,8 @@ impl FootFilter {
         self.swings.node(k, may.then(mark), walker.sink);
     }
 
-    /// Notes a node that stands or not; whether the height of this stance is to be looked at: once,
-    /// past its lowest bound.
+    /// Notes a node and whether the foot stands. Returns true if the height of this stance is to be
+    /// tested: once, after its lowest bound.
     fn note(&mut self, stands: bool, seconds: f64) -> bool {
         let standing = &mut self.standing;
         if !stands {
@@ -314,7 +314,7 @@ impl FootFilter {
         past && self.params.level
     }
 
-    /// The parameters.
+    /// Parameters of the filter.
     pub fn params(&self) -> &FootParams {
         &self.params
     }
@@ -324,23 +324,23 @@ impl FootFilter {
         self.seconds(self.lengths.late)
     }
 
-    /// The position: ahead, left and up of the start, m; NaN where it is not known.
+    /// Position: ahead, left and up of the start, m; NaN if it is unknown.
     #[inline]
     pub fn position(&self) -> [f64; 3] {
         self.reported().map_or([f64::NAN; 3], |walker| flipped(walker.position()))
     }
 
-    /// The filter, once the valley in which it began has ended.
+    /// The filter, once the minimum in which it began has ended.
     fn reported(&self) -> Option<&Walker> {
         self.walker.as_ref().filter(|_| self.begun)
     }
 
-    /// The velocity: ahead, left and up, m/s; NaN where it is not known.
+    /// Velocity: ahead, left and up, m/s; NaN if it is unknown.
     pub fn velocity(&self) -> [f64; 3] {
         self.reported().map_or([f64::NAN; 3], |walker| flipped(walker.filter.snapshot().velocity))
     }
 
-    /// From the sensor's axes to ahead, left, up; scalar first.
+    /// Quaternion from the sensor's axes to ahead, left, up, scalar first.
     pub fn quaternion(&self) -> [f64; 4] {
         let Some(walker) = &self.walker else { return [1.0, 0.0, 0.0, 0.0] };
         let [w, x, y, z] = walker.filter.snapshot().quaternion;
@@ -361,7 +361,7 @@ impl FootFilter {
     pub fn sigma(&self) -> Errors {
         let Some(walker) = self.reported() else { return [f64::NAN; STATES] };
         let mut sigma = walker.filter.sigma;
-        // On a level floor stances take the height away, too.
+        // On a level floor stances also correct the height.
         if self.params.level {
             return sigma;
         }
@@ -370,7 +370,7 @@ impl FootFilter {
         sigma
     }
 
-    /// Share of the time of the last six swings that looks like a foot's; NaN before six swings.
+    /// Share of the last six swings' time that looks like a foot's motion; NaN before six swings.
     pub fn foot_share(&self) -> f64 {
         self.swings.share()
     }
@@ -385,22 +385,22 @@ impl FootFilter {
         self.standing.stood
     }
 
-    /// True if it has stood for half a second, so that the gyro's bias can be estimated.
+    /// True if the foot has stood for half a second and the gyro's bias can be estimated.
     pub fn is_at_rest(&self) -> bool {
         self.still.is_resting()
     }
 
-    /// The speed bound, m/s; NaN before it is known.
+    /// Speed bound, m/s; NaN before it is known.
     pub fn bound(&self) -> f64 {
         self.bound
     }
 
-    /// Stances to date.
+    /// Number of stances to date.
     pub fn stances(&self) -> u64 {
         self.standing.count
     }
 
-    /// The largest rate about an axis to date, rad/s; a foot exceeds 1.75.
+    /// Largest rate about an axis to date, rad/s; a foot exceeds 1.75.
     pub fn fastest(&self) -> f64 {
         self.fastest
     }
@@ -416,7 +416,7 @@ impl FootFilter {
     }
 }
 
-/// From ahead, right, down to ahead, left, up.
+/// Converts from ahead, right, down to ahead, left, up.
 fn flipped([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, -y, -z]
 }
@@ -425,7 +425,7 @@ impl Stream for FootFilter {
     type Input = [f64; 6];
     type Output = [f64; 3];
 
-    /// Takes a sample of gyro and accelerometer, rad/s and m/s²; returns the position.
+    /// Processes a sample of gyro and accelerometer, rad/s and m/s²; returns the position.
     #[inline]
     fn update(&mut self, [p, q, r, x, y, z]: [f64; 6]) -> [f64; 3] {
         self.samples += 1;

@@ -1,4 +1,4 @@
-//! Search of a whole recording before the filter runs over it.
+//! Search of stances and rests in a whole recording, before the filter runs.
 
 use nalgebra::Vector3;
 
@@ -16,37 +16,37 @@ use crate::math::Real;
 use crate::memory;
 use crate::navigation::filter::MAX_SAMPLE;
 
-/// The lowest bound round about, s.
+/// Time around a sample in which the lowest bound is searched, s.
 const NEIGHBOURHOOD_S: f64 = 0.7;
 
-/// Without a rest it begins in one of the stances of so many seconds.
+/// Without a rest the filter begins in a stance of this time, s.
 const START_S: f64 = 3.0;
-/// Seconds that are gone back before it at most.
+/// Longest time of backward integration before it, s.
 const MAX_LEAD_S: f64 = 3.0;
 
-/// Parameters.
+/// Parameters of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feet {
-    /// True if the floor is level, steps excepted.
+    /// True if the floor is level, except for steps.
     pub level: bool,
     /// True if rates that the gyro clipped are restored.
     pub restore: bool,
 }
 
-/// Stance of the foot: first sample and past the last, of nodes of the covariance.
+/// Stance of the foot, in nodes of the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stance {
-    /// First and past the last.
+    /// First sample and end (exclusive).
     pub samples: (usize, usize),
     /// Index of the lowest bound.
     pub lowest: usize,
 }
 
-/// A recording whose stances and rests are known.
+/// A recording with known stances and rests.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Rates, rad/s, restored where they were clipped, and forces, m/s²; the last ones where they are
-    /// missing.
+    /// Rates, rad/s, restored if they were clipped, and forces, m/s²; missing samples are replaced
+    /// by the last ones.
     pub gyro: Vec<[f64; 3]>,
     /// See `gyro`.
     pub accel: Vec<[f64; 3]>,
@@ -56,40 +56,40 @@ pub struct Plan {
     pub bound: Vec<f64>,
     /// Clipped runs.
     pub clipped: Vec<Clipped>,
-    /// In their order; one at the start is among them.
+    /// Static intervals in order, including an interval at the start.
     pub static_intervals: Vec<StaticInterval>,
     /// Possible stances, accepted by the filter or not.
     pub stances: Vec<Stance>,
-    /// The sample at which the filter begins, and the first of those before it that are known.
+    /// Sample at which the filter begins, and first known sample before it.
     pub begin: (usize, usize),
-    /// True if each node is one of a stance.
+    /// True for each node in a stance.
     pub(super) stands: Vec<bool>,
-    /// The mean step, s.
+    /// Mean time between samples, s.
     pub(super) dt: f64,
-    /// Samples between two nodes.
+    /// Number of samples between two nodes.
     pub(super) every: usize,
     pub(super) beginning: Beginning,
-    /// True if the first of the rests is at the start.
+    /// True if the first static interval is at the start.
     pub(super) rested: bool,
 }
 
 impl Plan {
-    /// Samples between two nodes.
+    /// Number of samples between two nodes.
     pub fn every(&self) -> usize {
         self.every
     }
 
-    /// The mean force within so many seconds of a sample.
+    /// Mean force within `half` seconds of a sample.
     pub(super) fn force(&self, k: usize, half: f64) -> Vector3<f64> {
         mean_about(&self.accel, k, samples_in(half, self.dt))
     }
 
-    /// Looks at a recording of n samples: times, s, increasing; rates, rad/s, and forces, m/s², NaN
-    /// where they are missing.
+    /// Searches a recording of n samples: times, s, increasing; rates, rad/s, and forces, m/s², NaN
+    /// if missing.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if there are fewer than a second of samples or none is known;
-    /// [`Error::Memory`].
+    /// [`Error::Parameter`] if the recording is shorter than a second or no sample is known;
+    /// [`Error::Memory`] if there is no memory.
     pub fn of(
         time: &[f64],
         gyro: &[[f64; 3]],
@@ -155,8 +155,8 @@ impl Plan {
     }
 }
 
-/// The last sample where one is missing, the first one before that; and where it is older than a tenth
-/// of a second.
+/// The samples, with missing samples replaced by the last known sample, and before it by the first.
+/// The mask marks replacements older than a tenth of a second.
 fn fill_gaps(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>), Error> {
     let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= MAX_SAMPLE);
     let first = given.iter().position(is_known);
@@ -174,7 +174,7 @@ fn fill_gaps(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<boo
     Ok((values, lost))
 }
 
-/// The median force of the first half a second, if it may be gravity.
+/// Median size of the force in the first half second, if it can be gravity.
 fn usual_force(accel: &[[f64; 3]], dt: f64) -> Result<f64, Error> {
     let count = samples_in(0.5, dt).min(accel.len());
     let mut median = Vector3::zeros();
@@ -196,8 +196,8 @@ fn mean(forces: &[[f64; 3]]) -> Vector3<f64> {
     forces.iter().map(|force| Vector3::from(*force)).sum::<Vector3<f64>>() / forces.len() as f64
 }
 
-/// Without a rest: the sample at which the filter begins, and the first one that is known of those
-/// before it; how it begins.
+/// Beginning without a rest: the sample at which the filter begins, the first known sample before
+/// it, and the initial state.
 fn in_valley(
     time: &[f64],
     [gyro, accel]: [&[[f64; 3]]; 2],
@@ -214,7 +214,7 @@ fn in_valley(
             let early = |k: &usize| time[stance.lowest] - time[*k] > MAX_LEAD_S;
             (stance.lowest, (0..stance.lowest).take_while(early).count())
         }
-        // It never stands: nothing is known but where it moves least.
+        // The foot never stands: only the slowest sample is known.
         None => (0, 0),
     };
     let window = samples_in(1.0, dt).min(bound.len());
@@ -237,12 +237,12 @@ fn in_valley(
     ((begin, first), beginning)
 }
 
-/// Mean of the forces about a sample.
+/// Mean of the forces around a sample.
 fn mean_about(accel: &[[f64; 3]], k: usize, half: usize) -> Vector3<f64> {
     mean(&accel[k.saturating_sub(half)..(k + half + 1).min(accel.len())])
 }
 
-/// True if the foot may stand at each node.
+/// True for each node at which the foot may stand.
 fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Error> {
     let n = bound.len();
     let mut found = memory::room(n / every)?;
@@ -254,7 +254,7 @@ fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Erro
     Ok(found)
 }
 
-/// Nodes that stand, those near to each other as one stance.
+/// Joins nodes at which the foot stands to stances, if they are close.
 fn join_stances(
     stands: &[bool],
     bound: &[f64],

@@ -1,36 +1,37 @@
-//! The range of a live gyro, found where flanks of its peaks promise more than it shows.
+//! Range of a live gyro, detected if the flanks of its peaks predict more than it shows.
 
 use serde::{Deserialize, Serialize};
 
 use super::DEGREE;
 use crate::math::validity::is_size;
 
-/// A gyro that never turned so fast, rad/s, is not looked at.
+/// Largest rate, rad/s, below which no range is searched.
 pub(super) const MIN_FAST_RATE_RAD_S: f64 = 100.0 * DEGREE;
-/// Parts of the largest rate: of samples at the limit, of those below it, and of those restored.
+/// Limits as shares of the largest rate: of samples at the limit, of samples below it, and of
+/// restored samples.
 pub(super) const LIMIT_SHARE: f64 = 0.96;
 pub(super) const NEAR_SHARE: f64 = 0.88;
 pub(super) const RUN_SHARE: f64 = 0.965;
-/// Seconds at the limit, and how many there must be of those below it.
+/// Smallest time at the limit, s, and smallest ratio to the samples below it.
 pub(super) const MIN_LIMIT_S: f64 = 0.1;
 pub(super) const MIN_LIMIT_RATIO: f64 = 0.5;
-/// What flanks must promise beyond the limit, on average, as a part of it.
+/// Smallest mean excess of the flanks' prediction over the limit, as a share of the limit.
 pub(super) const MIN_EXCESS: f64 = 0.015;
-/// A run that lasts longer, s, is no peak: no cubic knows what it was.
+/// Longest run of a peak, s; a cubic cannot restore a longer run.
 pub(super) const MAX_RUN_S: f64 = 0.5;
 /// Bounds of a valid state.
 const MAX_SUM: f64 = 1e18;
 
-/// Counts of one axis and sign to date.
+/// Counts for one axis and sign to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Side {
-    /// The largest rate, and that from which the counts on hold, rad/s.
+    /// Largest rate, and rate for which the counts are valid, rad/s.
     largest: f64,
     counted: f64,
-    /// Samples at the limit, and of those below it.
+    /// Numbers of samples at the limit, and below it.
     at: f64,
     near: f64,
-    /// Samples of runs, and what their flanks promised beyond them, rad/s.
+    /// Number of samples in runs, and their predicted excess, rad/s.
     samples: f64,
     excess: f64,
 }
@@ -39,12 +40,12 @@ impl Side {
     pub const NONE: Self =
         Self { largest: 0.0, counted: 0.0, at: 0.0, near: 0.0, samples: 0.0, excess: 0.0 };
 
-    /// Takes a rate of this side, rad/s.
+    /// Adds a rate of this side, rad/s.
     #[inline(always)]
     pub fn look(&mut self, x: f64) {
         if x > self.largest {
             self.largest = x;
-            // What was at the limit before is not at this one.
+            // Samples at the earlier limit are not at the new limit.
             if x * LIMIT_SHARE > self.counted {
                 *self = Self { largest: x, counted: x, ..Self::NONE };
             }
@@ -55,18 +56,18 @@ impl Side {
         }
     }
 
-    /// True if a rate is at the largest one to date.
+    /// True if a rate is at the largest rate to date.
     pub fn is_at_limit(&self, x: f64) -> bool {
         x > RUN_SHARE * self.largest && self.largest > MIN_FAST_RATE_RAD_S
     }
 
-    /// Takes a run: its samples, and what its flanks promise beyond them.
+    /// Adds a run: its number of samples, and the excess that its flanks predict.
     pub fn take(&mut self, samples: f64, excess: f64) {
         self.samples += samples;
         self.excess += excess;
     }
 
-    /// The range, rad/s, if this side is clipped.
+    /// Range, rad/s, if this side is clipped.
     pub fn range(&self, dt: f64) -> Option<f64> {
         let clipped = self.samples > 0.0
             && self.at * dt >= MIN_LIMIT_S

@@ -1,4 +1,4 @@
-//! The last samples of a live sensor on a foot, and the speed bound in the middle of them.
+//! The last samples of a live sensor on a foot, and the speed bound at the middle sample.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,20 +10,20 @@ use super::{FORCE_S, MAX_HELD_S, PIVOT_DISTANCE_M};
 use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::{MAX_SAMPLE, is_known};
 
-/// Samples that are kept: two windows on either side of the one that is reported, and those for which
-/// clipped rates wait.
+/// Number of samples that are kept: two windows on each side of the output's sample, and samples
+/// for which clipped rates wait.
 const ROW: usize = 16;
 const ROWS: usize = 12;
 const SLOTS: u64 = (ROW * ROWS) as u64;
-/// Half a window has so many samples at most.
+/// Largest number of samples in half a window.
 pub(super) const MAX_HALF: u64 = 30;
-/// Error of a clipped rate before its flanks are known, as a part of the range.
+/// Error of a clipped rate before its flanks are known, as a share of the range.
 const UNKNOWN_RATE_SHARE: f64 = 0.2;
-/// Bounds of a valid state: seconds, and squares and densities of what samples can be.
+/// Bounds of a valid state: times, s, and squares and densities of possible samples.
 const MAX_TIME_S: f64 = 4e9;
 const MAX_SQUARE: f64 = 1e12;
 
-/// One sample, the last one where it is missing.
+/// One sample; a missing sample is replaced by the last one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Slot {
     pub gyro: Vector3<f64>,
@@ -32,18 +32,18 @@ pub(super) struct Slot {
     pub missing: [bool; 2],
     /// Error of a clipped rate: density of a white noise, rad²/s.
     pub variance: f64,
-    /// The square of what is not gravity in the force.
+    /// Square of the force minus gravity.
     pushed: f64,
-    /// Missing for so long that nothing is known.
+    /// True if the sample is missing for so long that it is unknown.
     lost: bool,
 }
 
-/// Rates of one axis at the range, under way.
+/// Present run of one axis at the range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Run {
     samples: u32,
     positive: bool,
-    /// It has ended, and waits for the second sample after it.
+    /// True if the run has ended and waits for the second sample after it.
     ended: bool,
 }
 
@@ -51,15 +51,15 @@ struct Run {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recent {
     slots: [[Slot; ROW]; ROWS],
-    /// Samples to date, from the first one of which both sensors are known.
+    /// Number of samples since the two sensors were first known.
     count: u64,
-    /// Last known rate and force, and seconds since.
+    /// Last known rate and force, and time since, s.
     last: [Option<Vector3<f64>>; 2],
     ages: [f64; 2],
     runs: [Run; 3],
-    /// Of each axis: positive and negative.
+    /// Positive and negative side of each axis.
     sides: [[Side; 2]; 3],
-    /// Samples that were restored.
+    /// Number of restored samples.
     restored: u64,
 }
 
@@ -108,8 +108,8 @@ impl Recent {
         &mut self.slots[index / ROW][index % ROW]
     }
 
-    /// Takes a sample; whether both sensors are known, or were. `half` is half a window, `late` how many
-    /// samples before the last one the reported one is.
+    /// Adds a sample; returns true if the two sensors are or were known. `half` is half a window,
+    /// `late` the delay of the output in samples.
     pub fn push(
         &mut self,
         given: [Vector3<f64>; 2],
@@ -147,7 +147,7 @@ impl Recent {
         true
     }
 
-    /// The sample whose bound is known now.
+    /// Index of the sample whose bound is now known.
     pub fn ready(&self, late: u64) -> Option<u64> {
         self.count.checked_sub(late + 1)
     }
@@ -156,7 +156,7 @@ impl Recent {
         k.saturating_sub(half)..=k + half
     }
 
-    /// The speed bound at a sample that is ready, m/s.
+    /// Speed bound at a sample that is ready, m/s.
     pub fn bound(&self, k: u64, half: u64, known: &AtRest) -> f64 {
         if self.slot(k).lost {
             return f64::INFINITY;
@@ -169,14 +169,14 @@ impl Recent {
         ComplexField::sqrt(square / count as f64)
     }
 
-    /// Mean force of so many samples on either side of one that is ready.
+    /// Mean force of `half` samples on each side of a sample that is ready.
     pub fn force(&self, k: u64, half: u64) -> Vector3<f64> {
         let window = self.window(k, half);
         let count = 1 + half + k.min(half);
         window.map(|i| self.slot(i).accel).sum::<Vector3<f64>>() / count as f64
     }
 
-    /// What the last sample says of the range of an axis, if no one has said it.
+    /// Updates the range of an axis by the last sample, if it is not stated.
     fn look_at_side(&mut self, axis: usize, dt: f64) {
         let k = self.count - 1;
         let x = self.slot(k).gyro[axis];
@@ -204,7 +204,7 @@ impl Recent {
         self.sides[axis][index].take(samples as f64, excess);
     }
 
-    /// What the last sample says of rates that an axis clips.
+    /// Updates a clipped run of an axis by the last sample.
     fn look_at_clip(&mut self, axis: usize, given: Option<f64>, dt: f64, late: u64) {
         let k = self.count - 1;
         let x = self.slot(k).gyro[axis];
@@ -242,11 +242,11 @@ impl Recent {
         self.restored > 0
     }
 
-    /// Restores what of a run was not used yet, the second sample after it being the last one.
+    /// Restores the unused part of a run; the last sample is the second after it.
     fn restore(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
         let run = self.runs[axis];
         let (n, end) = (u64::from(run.samples), self.count.saturating_sub(2));
-        // The run and its flanks are still here.
+        // True if the run and its flanks are no longer stored.
         if n + 6 > SLOTS || end < n + 2 {
             return;
         }
@@ -258,7 +258,7 @@ impl Recent {
         let beyond = |i: u64| cubic.at(i as usize) - side(first + i);
         let added = (0..n).map(beyond).sum::<f64>() / n as f64;
         let density = density(added, range, n as f64 * dt);
-        // The one that was reported when the sample before the last one came is used.
+        // The sample reported at the previous sample has been used.
         let unused = (end + 1).saturating_sub(late);
         for k in first.max(unused)..end {
             let (given, fitted) =
@@ -280,7 +280,7 @@ impl Recent {
             && is_count(self.restored)
     }
 
-    /// Samples to date.
+    /// Samples to date, missing ones included.
     pub fn count(&self) -> u64 {
         self.count
     }

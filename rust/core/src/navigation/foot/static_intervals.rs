@@ -1,4 +1,4 @@
-//! Rests: the part of each still interval that tells its mean rate best.
+//! Static intervals: the part of each still interval with the most precise mean rate.
 
 use nalgebra::Vector3;
 
@@ -7,25 +7,25 @@ use super::{runs, samples_in};
 use crate::error::Error;
 use crate::memory;
 
-/// Least duration of a still interval, s.
+/// Shortest still interval, s.
 const MIN_INTERVAL_S: f64 = 0.5;
-/// Parts of a long interval that are tried: its length over this apart.
+/// Number of steps in a long interval at which parts begin and end.
 const INTERVAL_STEPS: usize = 40;
 
 /// Static interval of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaticInterval {
-    /// First sample and past the last.
+    /// First sample and end (exclusive).
     pub samples: (usize, usize),
-    /// Past the last of the still interval that it is a part of.
+    /// End (exclusive) of the whole still interval.
     pub until: usize,
     /// Mean rate, rad/s.
     pub rate: Vector3<f64>,
-    /// Its deviation, rad/s.
+    /// Standard deviation of the rate, rad/s.
     pub sigma: f64,
 }
 
-/// All rests from a sample on.
+/// All static intervals from a sample on.
 pub(super) fn find(
     bound: &[f64],
     gyro: &[[f64; 3]],
@@ -49,7 +49,7 @@ pub(super) fn find(
     Ok(found)
 }
 
-/// The part whose mean rate is known best, if any is known well.
+/// The part with the most precise mean rate, if any part is precise enough.
 fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<StaticInterval>, Error> {
     let size = samples_in(BLOCK_S, dt);
     let n = gyro.len() / size;
@@ -71,7 +71,7 @@ fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<StaticInterval>, Error> {
     Ok(best.filter(|rest| rest.sigma <= MAX_SIGMA_RAD_S))
 }
 
-/// The mean of blocks and its deviation.
+/// Mean of blocks and its standard deviation.
 fn mean_of(blocks: &[Vector3<f64>], seconds: f64) -> (Vector3<f64>, f64) {
     let count = blocks.len() as f64;
     let mean = blocks.iter().sum::<Vector3<f64>>() / count;

@@ -1,4 +1,4 @@
-//! Rests while samples arrive: of a still interval the part that tells its mean rate best to date.
+//! Live static intervals: the part of a still interval with the most precise mean rate to date.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,18 +7,18 @@ use super::DEGREE;
 use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::MAX_SAMPLE;
 
-/// The speed bound of a still interval, m/s.
+/// Largest speed bound of a still interval, m/s.
 pub(super) const MAX_STILL_SPEED_M_S: f64 = 0.01;
-/// A block, s, and how many there must be.
+/// Duration of a block, s, and smallest number of blocks.
 pub(super) const BLOCK_S: f64 = 0.1;
 pub(super) const MIN_BLOCKS: usize = 5;
-/// Smallest error of a mean over a second, and the largest; above the last it is no rest: rad/s.
+/// Smallest and largest error of a mean over a second, rad/s; with a larger error it is no rest.
 pub(super) const MIN_SECOND_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
 pub(super) const MIN_SIGMA_RAD_S: f64 = 0.01 * DEGREE;
 pub(super) const MAX_SIGMA_RAD_S: f64 = 0.2 * DEGREE;
-/// Largest correlation of neighbours.
+/// Largest correlation of neighbouring blocks.
 pub(super) const MAX_CORRELATION: f64 = 0.9;
-/// Blocks of a rest at most: beyond, the floor of its deviation is reached.
+/// Largest number of blocks in a rest; with more the smallest standard deviation is reached.
 const MAX_BLOCKS: usize = 32;
 /// Bounds of a valid state.
 const MAX_RATE: f64 = 2.0 * MAX_SAMPLE;
@@ -28,7 +28,7 @@ const MAX_RATE: f64 = 2.0 * MAX_SAMPLE;
 pub(super) struct RestMean {
     pub rate: Vector3<f64>,
     pub force: Vector3<f64>,
-    /// Of the rate, rad/s.
+    /// Standard deviation of the rate, rad/s.
     pub sigma: f64,
 }
 
@@ -44,25 +44,25 @@ impl Means {
         Self { rate: Vector3::new(0.0, 0.0, 0.0), force: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-/// News of a sample on rests.
+/// Change of the static intervals by a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum News {
     None,
-    /// A better part than before of an interval under way.
+    /// A better part of the present interval.
     Better(RestMean),
     /// An interval has ended, with its best part.
     Ended(RestMean),
 }
 
-/// A still interval under way, if there is one.
+/// The present still interval, if there is one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Still {
-    /// The first sample.
+    /// First sample of the interval.
     since: Option<u64>,
-    /// Sums of the block under way, and its samples.
+    /// Sums of the present block, and its number of samples.
     sum: Means,
     samples: u32,
-    /// The last blocks, and how many there were.
+    /// The last blocks, and their number to date.
     blocks: [Means; MAX_BLOCKS],
     count: u64,
     best: Option<RestMean>,
@@ -74,17 +74,17 @@ impl Still {
         Self { since: None, sum, samples: 0, blocks, count: 0, best: None }
     }
 
-    /// The first sample of the interval under way.
+    /// First sample of the present interval.
     pub fn since(&self) -> Option<u64> {
         self.since
     }
 
-    /// True if a part of it is a rest.
+    /// True if a part of the interval is a rest.
     pub fn is_resting(&self) -> bool {
         self.best.is_some()
     }
 
-    /// Takes a sample with its bound; a block has `size` samples, `dt` seconds apart.
+    /// Adds a sample with its bound; a block has `size` samples, `dt` seconds apart.
     pub fn look(
         &mut self,
         k: u64,
@@ -115,7 +115,8 @@ impl Still {
         self.test(f64::from(size) * dt)
     }
 
-    /// True if one of the parts that end with this block is better than any before.
+    /// Tests the parts that end with this block; returns a part if it is better than all earlier
+    /// parts.
     fn test(&mut self, seconds: f64) -> News {
         let most = if self.count < MAX_BLOCKS as u64 { self.count as usize } else { MAX_BLOCKS };
         let block = |back: usize| {
@@ -140,7 +141,7 @@ impl Still {
             }
             let n = count as f64;
             let mean = sum / n;
-            // About the mean; the last of them is zero here.
+            // Relative to the mean; the last of them is zero here.
             let squares = squares - mean.component_mul(&mean) * n;
             let products = products - mean.component_mul(&(sum * 2.0 - rate))
                 + mean.component_mul(&mean) * (n - 1.0);
@@ -184,7 +185,8 @@ impl RestMean {
     }
 }
 
-/// Deviation of a mean of `n` blocks: sums of squares and of products of neighbours about it.
+/// Standard deviation of a mean of `n` blocks, from sums of squares and of neighbours' products
+/// about it.
 pub(super) fn sigma_of(
     squares: &Vector3<f64>,
     products: &Vector3<f64>,

@@ -1,4 +1,4 @@
-//! The swings of a foot: they turn fast, and begin and end in stances that are deep, have the same tilt
+//! Swings of a foot. They turn fast. They begin and end in stances with a low bound, the same tilt,
 //! and no force but gravity.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
@@ -7,20 +7,21 @@ use serde::{Deserialize, Serialize};
 use super::{DEGREE, MIN_STANCE_INTERVAL_S};
 use crate::math::validity::{are_within, is_size};
 
-/// What a foot's swing passes: rate, rad/s; bound of its stances over that of the swing; angle between
-/// the verticals of both stances, and between force and vertical, rad; distance, m.
+/// Limits of a foot's swing: rate, rad/s; ratio of the stances' bound to the swing's bound; angle
+/// between the verticals of the two stances, and between force and vertical, rad; distance, m.
 const MIN_TURN_RAD_S: f64 = 100.0 * DEGREE;
 const MAX_DEPTH: f64 = 0.2;
 const MAX_TILT_RAD: f64 = 20.0 * DEGREE;
 const MAX_LEAN_RAD: f64 = 45.0 * DEGREE;
 const MIN_WAY_M: f64 = 0.1;
-/// Quantile of the bound in a swing that its depth is relative to.
+/// Quantile of the bound in a swing to which the stances' bound is compared.
 const SWING_QUANTILE: f64 = 0.9;
-/// The share of the time is that of so many swings.
+/// Number of swings in the share of time.
 const WINDOW: usize = 6;
-/// Innovations of the vertical velocity that are random cancel to less than this part.
+/// Largest ratio of a sum of vertical-velocity innovations to the sum of their sizes, if they are
+/// random.
 const MAX_RANDOM_SHARE: f64 = 0.2;
-/// Eight bins an octave, the first one from 2^-10 m/s on.
+/// Number of bins: eight per octave, from 2^-10 m/s on.
 const BINS: usize = 128;
 const FIRST_BIN: u64 = (1023 - 10) << 3;
 const BIN_SHIFT: u32 = 49;
@@ -30,41 +31,41 @@ const MAX_BOUND: f64 = 1e9;
 const MAX_RATE: f64 = 1e5;
 const MAX_DISTANCE_M: f64 = 1e9;
 
-/// A stance where it moves least.
+/// The point of a stance with the least motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Mark {
-    /// The speed bound, m/s.
+    /// Speed bound, m/s.
     pub bound: f64,
-    /// Down, in the sensor's axes.
+    /// Unit vector down, in the sensor's axes.
     pub down: Vector3<f64>,
     /// Angle between the mean force and the vertical, rad.
     pub lean: f64,
-    /// m.
+    /// Position, m.
     pub position: Vector3<f64>,
 }
 
 /// A swing between two stances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swing {
-    /// Samples: of the last node of the stance before, and of the first one after.
+    /// Last node of the stance before, and first node of the stance after.
     pub samples: (usize, usize),
-    /// s.
+    /// Duration, s.
     pub seconds: f64,
-    /// The largest rate, rad/s.
+    /// Largest rate, rad/s.
     pub turn: f64,
-    /// The larger bound of both stances over that of the swing.
+    /// Larger bound of the two stances over the bound of the swing.
     pub depth: f64,
-    /// Angle between the verticals of both stances in the sensor, rad.
+    /// Angle between the verticals of the two stances in the sensor's axes, rad.
     pub tilt: f64,
-    /// The larger angle between mean force and vertical of both stances, rad.
+    /// Larger angle between mean force and vertical in the two stances, rad.
     pub lean: f64,
-    /// Between both stances, m.
+    /// Distance between the two stances, m.
     pub way: f64,
-    /// Vertical velocity that the stance after it takes away, m/s, and its standard deviation.
+    /// Vertical velocity that the next stance removes, m/s, and its standard deviation.
     pub sink: [f64; 2],
 }
 
-/// The rates and bounds of a swing under way.
+/// Rates and bounds of the present swing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Motion {
     samples: (u64, u64),
@@ -73,7 +74,7 @@ struct Motion {
     bounds: [[u32; 16]; BINS / 16],
 }
 
-/// A swing that has ended, whose stance after it has not.
+/// A swing that has ended, before the end of its next stance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Pending {
     motion: Motion,
@@ -85,13 +86,13 @@ struct Pending {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Swings {
     motion: Motion,
-    /// The stance under way, or the last one.
+    /// The present stance, or the last one.
     mark: Option<Mark>,
     pending: Option<Pending>,
-    /// Seconds of the last swings, negative where one is no foot's.
+    /// Durations of the last swings, s; negative if it is not a foot's swing.
     last: [f64; WINDOW],
     count: u64,
-    /// Sums of the height that stances take away, m, and of its standard deviation.
+    /// Sums of the height that stances remove, m, and of its standard deviation.
     climb: [f64; 2],
 }
 
@@ -115,7 +116,7 @@ impl Mark {
 }
 
 impl Swing {
-    /// True if it passes all five tests.
+    /// True if the swing passes all five tests.
     pub fn is_of_a_foot(&self) -> bool {
         self.turn > MIN_TURN_RAD_S
             && self.depth < MAX_DEPTH
@@ -138,7 +139,7 @@ impl Motion {
         *bin = bin.saturating_add(1);
     }
 
-    /// The bound below which most samples are, m/s.
+    /// Bound in m/s below which this share of the samples lies.
     fn quantile(&self) -> f64 {
         let all: u64 = self.bounds.iter().flatten().map(|count| u64::from(*count)).sum();
         let (wanted, mut below) = (SWING_QUANTILE * all as f64, 0.0);
@@ -167,12 +168,12 @@ impl Swings {
         }
     }
 
-    /// Forgets what is under way: the position is not known.
+    /// Discards the present swing and stance: the position is unknown.
     pub fn lose(&mut self) {
         (self.mark, self.pending, self.motion) = (None, None, Motion::NONE);
     }
 
-    /// A sample of the swing under way, if there is one.
+    /// Adds a sample to the present swing, if there is one.
     #[inline(always)]
     pub fn add(&mut self, dt: f64, turn: f64, bound: f64) {
         if self.mark.is_some() {
@@ -180,8 +181,8 @@ impl Swings {
         }
     }
 
-    /// Takes a node, its mark if the foot stands, and the new vertical velocity; returns the swing that
-    /// is complete by now.
+    /// Adds a node, its mark if the foot stands, and the new vertical velocity; returns the swing
+    /// that is now complete.
     pub fn node(&mut self, k: u64, mark: Option<Mark>, sink: [f64; 2]) -> Option<Swing> {
         let swung = self.motion.seconds >= MIN_STANCE_INTERVAL_S;
         let Some(here) = mark else { return if swung { self.finish() } else { None } };
@@ -204,7 +205,7 @@ impl Swings {
         done
     }
 
-    /// The swing whose stance after it has ended, or the recording with it.
+    /// The swing whose next stance has ended, or ended with the recording.
     pub fn finish(&mut self) -> Option<Swing> {
         let (pending, after) = (self.pending.take()?, self.mark?);
         let Pending { motion, before, sink } = pending;
@@ -225,7 +226,7 @@ impl Swings {
         Some(swing)
     }
 
-    /// The share of the time of the last swings that is a foot's; NaN before there are as many.
+    /// Share of the last swings' time with a foot's motion; NaN before enough swings.
     pub fn share(&self) -> f64 {
         if self.count < WINDOW as u64 {
             return f64::NAN;
@@ -234,7 +235,7 @@ impl Swings {
         of_foot / self.last.iter().map(|s| s.abs()).sum::<f64>()
     }
 
-    /// The variance of the height that stances have taken away in the same direction, m².
+    /// Variance of the height that stances have removed in the same direction, m².
     pub fn climb_variance(&self, clipped: bool) -> f64 {
         let [removed, sigma] = self.climb.map(|sum| 0.5 * sum);
         let counts = clipped || removed.abs() > MAX_RANDOM_SHARE * sigma;
@@ -258,7 +259,7 @@ fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     nalgebra::RealField::atan2(across, along)
 }
 
-/// The size of a rate, rad/s.
+/// Size of a rate, rad/s.
 #[inline(always)]
 pub(super) fn turn_of(rate: &Vector3<f64>) -> f64 {
     ComplexField::sqrt(rate.norm_squared())
@@ -277,7 +278,7 @@ mod tests {
         assert!((motion.quantile() - 1.8).abs() < 0.02, "{}", motion.quantile());
     }
 
-    /// Stances of 0.2 s and swings of 0.4 s; each step this far.
+    /// Stances of 0.2 s and swings of 0.4 s; each step has this distance.
     fn share(bound: f64, way: f64) -> f64 {
         let mut swings = Swings::new();
         for stride in 0..8_u64 {

@@ -1,4 +1,4 @@
-//! The filter over a recording whose stances are known.
+//! The filter over a recording with known stances.
 
 use core::ops::Range;
 
@@ -11,13 +11,13 @@ use crate::error::Error;
 use crate::navigation::covariance::{Errors, STATES};
 use crate::navigation::filter::{Inertial, NavigationFilter, Observer};
 
-/// A sensor on a foot under way over a recording.
+/// The filter during a pass over a recording.
 #[derive(Debug, Clone)]
 pub struct Walk<'a> {
     plan: &'a Plan,
     level: bool,
     walker: Walker,
-    /// The next stance and the next rest.
+    /// Indices of the next stance and the next static interval.
     stance: usize,
     rest: usize,
     swings: Swings,
@@ -27,25 +27,25 @@ pub struct Walk<'a> {
 /// State after each sample.
 #[derive(Debug)]
 pub struct Trodden<'a> {
-    /// From where it began, m: ahead, right and down of where the sensor's first axis looked.
+    /// Position relative to the start, m: ahead along the sensor's first axis, right and down.
     pub position: &'a mut [[f64; 3]],
-    /// m/s.
+    /// Velocity in these axes, m/s.
     pub velocity: &'a mut [[f64; 3]],
-    /// From the sensor's axes to these; scalar first.
+    /// Quaternion from the sensor's axes to these axes, scalar first.
     pub quaternion: &'a mut [[f64; 4]],
-    /// Rad/s.
+    /// Bias of the gyro, rad/s.
     pub gyro_bias: &'a mut [[f64; 3]],
-    /// m/s².
+    /// Bias of the accelerometer, m/s².
     pub accel_bias: &'a mut [[f64; 3]],
     /// Standard deviations at the last step of the covariance.
     pub sigma: &'a mut [Errors],
 }
 
 impl<'a> Walk<'a> {
-    /// At the sample of the plan at which it begins.
+    /// Begins at the plan's first sample.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its time is none.
+    /// [`Error::Parameter`] if its time is not a number.
     pub fn begin<W: Observer>(
         plan: &'a Plan,
         level: bool,
@@ -65,7 +65,7 @@ impl<'a> Walk<'a> {
         Ok(Self { plan, level, walker, stance, rest, swings, found: Vec::new() })
     }
 
-    /// The swings that are known, all of them if the recording has ended.
+    /// The known swings; all of them after the end of the recording.
     pub fn swings(&mut self) -> &[Swing] {
         self.found.extend(self.swings.finish());
         &self.found
@@ -76,15 +76,15 @@ impl<'a> Walk<'a> {
         self.walker.relevelled
     }
 
-    /// Stances' nodes that were not believed to date.
+    /// Number of nodes in stances that were rejected to date.
     pub fn rejections(&self) -> u64 {
         self.walker.rejections
     }
 
-    /// A piece of the recording; `given` are its rates and forces with what is missing.
+    /// Processes a piece of the recording; `given` are its rates and forces, with missing values.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a time is not later than that before.
+    /// [`Error::Parameter`] if a time is not later than the previous time.
     pub fn run<W: Observer>(
         &mut self,
         time: &[f64],
@@ -110,7 +110,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// The samples before that at which it begins.
+    /// Integrates backwards over the samples before the filter's beginning.
     fn go_back(&self, time: &[f64], first: usize, trodden: &mut Trodden<'_>) {
         let filter = &self.walker.filter;
         let stand = Stand {
@@ -184,7 +184,7 @@ impl<'a> Walk<'a> {
         self.level && self.walker.take_floor(found)
     }
 
-    /// The bias that a rest tells, at its end.
+    /// Corrects by the bias of a static interval, at its end.
     fn rest(&mut self, k: usize, found: &mut Errors) -> bool {
         let Some(rest) = self.plan.static_intervals.get(self.rest) else { return false };
         if k + self.plan.every < rest.until && k + self.plan.every < self.plan.gyro.len() {

@@ -1,4 +1,4 @@
-//! The navigation filter with what a foot tells it: that it stands, on which floor, and its bias.
+//! The navigation filter with aids from a foot: zero velocity, height of the floor, and gyro bias.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -15,30 +15,33 @@ use crate::navigation::motion::{Motion, rotation};
 use crate::navigation::params::{Adapt, AidParams, Kind, NavigationParams, Start};
 use crate::navigation::usable::LIMITS;
 
-/// White noise of gyro and accelerometer, squares, rad²/s and m²/s³, and walks of their biases.
+/// Squared white noise of gyro, rad²/s, and accelerometer, m²/s³, and random walks of their biases.
 const GYRO_NOISE: f64 = 0.05 * DEGREE * 0.05 * DEGREE;
 const ACCEL_NOISE: f64 = 0.03 * 0.03;
 const GYRO_WALK: f64 = 1e-14;
 const ACCEL_WALK: f64 = 1e-4;
-/// Noise relative to rate and shock, squares: of scale, misalignment and bandwidth.
+/// Squared noise relative to rate and shock: scale, misalignment and bandwidth.
 const RATE_NOISE: f64 = 0.001 * 0.001;
 const SHOCK_NOISE: f64 = 0.015 * 0.015;
-/// Deviation of where it begins, m.
+/// Standard deviation of the initial position, m.
 const POSITION_SIGMA_M: f64 = 1e-5;
-/// Of a foot that stands, m/s, the bound above which it hardly does, and how long its roll lasts, s.
+/// Standard deviation of a standing foot's velocity, m/s; bound above which it hardly stands; and
+/// duration of its roll, s.
 const STANCE_SIGMA_M_S: f64 = 0.003;
 const MAX_STANCE_SPEED_M_S: f64 = 0.1;
 const ROLL_S: f64 = 0.05;
-/// The most that may be new of a stance, squared, of three.
+/// Largest normalised innovation squared of a stance, of three degrees of freedom.
 const MAX_STANCE_NIS: f64 = 100.0;
-/// After so many seconds of rejections the filter is wrong: by this in level, rad².
+/// Time of rejections after which the filter is wrong, s, and variance that is added to its level,
+/// rad².
 const MAX_REJECTION_S: f64 = 0.15;
 const WRONG_LEVEL_VARIANCE_RAD2: f64 = 1e-3;
-/// Twice within so many seconds its level is wrong altogether: the force says another.
+/// Largest interval between two such failures, s, after which the level is wrong and follows from
+/// the force.
 const MAX_WRONG_LEVEL_S: f64 = 20.0;
-/// Variance of a heading that is not known, rad².
+/// Variance of an unknown heading, rad².
 const UNKNOWN_HEADING_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI / 3.0;
-/// The same floor, m, and its deviation, m.
+/// Largest step between stances on the same floor, m, and its standard deviation, m.
 const MAX_FLOOR_STEP_M: f64 = 0.1;
 const FLOOR_SIGMA_M: f64 = 0.02;
 /// Standard deviation of a foot's velocity while it is unknown, m/s.
@@ -47,26 +50,26 @@ const UNKNOWN_SPEED_M_S: f64 = 2.0;
 const MAX_HEIGHT_M: f64 = 3e6;
 const MAX_TIME_S: f64 = 4e9;
 
-/// A sensor on a foot under way.
+/// Filter of a sensor on a foot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Walker {
     pub filter: NavigationFilter,
-    /// Seconds of rejections in a row, and how many there were.
+    /// Time of rejections in a row, s, and number of rejections.
     rejected: f64,
     pub rejections: u64,
     floor: Option<f64>,
     /// Additional noise since the last node, rad² and m²/s².
     extra: [f64; 2],
-    /// Time at which the filter was lost, s; NaN before it ever was.
+    /// Time at which the filter was lost, s; NaN if it never was.
     lost: f64,
-    /// When it was last wrong, s; NaN before it ever was; and how often it was levelled again.
+    /// Time of the last failure, s, NaN without one; and number of times the level was corrected.
     wrong: f64,
     pub relevelled: u64,
-    /// The vertical velocity at the last stance before it was taken away, m/s, and its deviation.
+    /// Vertical velocity at the last stance before its correction, m/s, and its standard deviation.
     pub sink: [f64; 2],
 }
 
-/// Variance of a zero velocity, m²/s², of stances that are `seconds` apart.
+/// Variance of a zero velocity, m²/s², for stances `seconds` apart.
 pub(super) fn stance_noise(bound: f64, seconds: f64) -> f64 {
     let part = bound / MAX_STANCE_SPEED_M_S;
     let independent = if ROLL_S > seconds { ROLL_S / seconds } else { 1.0 };
@@ -74,10 +77,10 @@ pub(super) fn stance_noise(bound: f64, seconds: f64) -> f64 {
 }
 
 impl Walker {
-    /// At a sample, rad/s and m/s².
+    /// Begins at a sample, rad/s and m/s².
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the time is none.
+    /// [`Error::Parameter`] if the time is not a number.
     pub fn begin<W: Observer>(
         from: &Beginning,
         time: f64,
@@ -142,10 +145,10 @@ impl Walker {
         })
     }
 
-    /// One sample, NaN where it is missing; the gyro has this additional noise, rad²/s.
+    /// Processes one sample, NaN if missing; the gyro has this additional noise, rad²/s.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its time is not later than that before.
+    /// [`Error::Parameter`] if its time is not later than the previous time.
     #[inline(always)]
     pub fn step<W: Observer>(
         &mut self,
@@ -163,7 +166,7 @@ impl Walker {
             self.resume(sample.time, observer);
         }
         let dt = sample.time - before;
-        // Noise relative to rate and shock, and that of restored rates.
+        // Noise relative to rate and shock, and noise of restored rates.
         let rate = self.filter.sensors.gyro - self.filter.gyro_bias;
         let shock = self.filter.sensors.accel.norm() - GRAVITY;
         self.extra[0] += (RATE_NOISE * rate.norm_squared() + variance) * dt;
@@ -171,7 +174,7 @@ impl Walker {
         Ok(())
     }
 
-    /// After a gap: where it was, as far as it may have gone.
+    /// Continues after a gap: the same position, with a larger variance.
     #[cold]
     fn resume<W: Observer>(&mut self, time: f64, observer: &mut W) {
         let since = time - self.lost;
@@ -205,7 +208,7 @@ impl Walker {
         self.note_lost(was);
     }
 
-    /// If it is lost by now, it has been since both sensors were last there.
+    /// A filter that is lost now was lost since the two sensors were last present.
     #[inline(always)]
     fn note_lost(&mut self, was: bool) {
         if was && !self.filter.navigating {
@@ -215,7 +218,8 @@ impl Walker {
         }
     }
 
-    /// Zero velocity, if it can be, `seconds` after the node before, with the mean force there.
+    /// Corrects by zero velocity, if plausible, `seconds` after the previous node, with the mean
+    /// force there.
     pub fn stand<W: Observer>(
         &mut self,
         bound: f64,
@@ -256,8 +260,8 @@ impl Walker {
         true
     }
 
-    /// Begins again where it is, standing, with the level that the force says, by the least rotation:
-    /// the heading is as uncertain as that is large.
+    /// Begins again at the same position, standing. The force gives the level by the smallest
+    /// rotation, whose size is the uncertainty of the heading.
     #[cold]
     fn relevel<W: Observer>(
         &mut self,
@@ -294,7 +298,7 @@ impl Walker {
         self.wrong = f64::NAN;
     }
 
-    /// The height of the floor to date, once a stance.
+    /// Corrects by the height of the present floor, once per stance.
     pub fn take_floor(&mut self, found: &mut Errors) -> bool {
         let down = -self.filter.motion.height;
         let here = down - found[R + 2];
@@ -315,7 +319,7 @@ impl Walker {
         true
     }
 
-    /// The bias of the gyro that a rest tells.
+    /// Corrects by the gyro bias of a rest.
     pub fn take_rest(&mut self, rate: &Vector3<f64>, sigma: f64, found: &mut Errors) {
         let z = rate - self.filter.gyro_bias;
         for i in 0..3 {
@@ -325,7 +329,7 @@ impl Walker {
         }
     }
 
-    /// The position: ahead, right and down of the start, m; NaN where it is not known.
+    /// Position: ahead, right and down of the start, m; NaN if it is unknown.
     pub fn position(&self) -> [f64; 3] {
         match self.filter.navigating {
             true => self.filter.motion.offset_from([0.0; 3]).into(),
@@ -333,7 +337,7 @@ impl Walker {
         }
     }
 
-    /// True if samples can have led here.
+    /// True if samples can have led to this state.
     pub fn is_valid(&self) -> bool {
         self.filter.is_valid()
             && is_size(self.rejected, 2.0 * MAX_REJECTION_S)
@@ -347,7 +351,7 @@ impl Walker {
 }
 
 impl NavigationFilter {
-    /// At rest where it is, with this attitude.
+    /// Stops at the same position, with this attitude.
     fn stop_at(&mut self, attitude: Matrix3<f64>) {
         let motion = &self.motion;
         let mut stopped = Motion::new(attitude, 0.0, 0.0, 0.0);
@@ -357,7 +361,7 @@ impl NavigationFilter {
         self.motion = stopped;
     }
 
-    /// Somewhere on a plane, with these variances.
+    /// Begins at an unknown position on a plane, with these variances.
     fn begin_on_plane<W: Observer>(&mut self, variances: &Errors, observer: &mut W) {
         self.covariance = Covariance::of(variances);
         self.covariance.couple(&self.motion.velocity);
@@ -368,8 +372,8 @@ impl NavigationFilter {
         observer.record_start(&self.covariance, &self.motion);
     }
 
-    /// Corrects by zero velocity, with this noise; the estimate of the gyro's bias stays. Returns
-    /// what was new, normalised and squared.
+    /// Corrects by zero velocity with this noise; the estimate of the gyro's bias does not change.
+    /// Returns the normalised innovation squared.
     fn take_standing(&mut self, noise: f64, found: &mut Errors) -> f64 {
         let z = self.motion.velocity;
         let mut new = 0.0;

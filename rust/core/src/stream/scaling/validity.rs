@@ -5,7 +5,7 @@ use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
-    /// True if at most `samples_seen` samples can have made it of `fresh`.
+    /// True if at most `samples_seen` samples can have changed `fresh` to this state.
     pub(crate) fn is_after(&self, fresh: &Self, samples_seen: u64) -> bool {
         if self.samples == 0 {
             return self == fresh;
@@ -25,7 +25,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         }
     }
 
-    /// The first sample is zero and another one lies at the peak.
+    /// True if the moments are possible: the first sample is zero and another one is at the peak.
     fn has_moments(&self) -> bool {
         let farthest = if self.unit > T::zero() { T::MAX_INPUT } else { T::zero() };
         let (square, samples) = (self.peak * self.peak, T::of(self.samples as f64));
@@ -37,7 +37,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Scaling<T> {
-    /// True if a start-up can have found it.
+    /// True if a start-up can have found this scaling.
     pub(crate) fn is_valid(&self, known_scale: Option<f64>) -> bool {
         let most = T::MAX_RAW * T::of(4.0);
         let most = known_scale.map_or(most, |scale| T::of(scale).at_least(most));
@@ -46,7 +46,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Scaling<T> {
             && *self == Self::new(self.offset, self.scale)
     }
 
-    /// A bound of all that is computed of normalised samples, raw and normalised.
+    /// Bounds of all results from normalised samples, raw and normalised.
     pub(crate) fn reach(&self) -> T {
         (T::MAX_RAW * T::of(8.0) * self.inverse).at_most(T::MAX_INPUT * T::of(4.0))
     }

@@ -1,5 +1,5 @@
-//! A smooth road, a robot, a rate table: what is calm by any limit, but less so than this sensor at
-//! rest.
+//! Calmness of a rest: a smooth road, a robot or a rate table is calm by any limit, but less calm
+//! than this sensor at rest.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -9,29 +9,30 @@ use super::{DEGREE, Seen};
 use crate::math::validity::is_size;
 use crate::rest::quiet::FIRST_DIRECTION_TICKS;
 
-/// Largest ratio of a rest's noise to the calmest rest's, and of a single tick's distance from its
-/// mean: squared.
+/// Largest ratio of a rest's noise to the calmest rest's noise, and of a single tick's distance
+/// from its mean, squared.
 const MAX_NOISE_RATIO: f64 = 9.0;
 const MAX_TICK_RATIO: f64 = 16.0;
-/// The same, squared, of the mean of half a second, which the mean of a long candidate hides; ticks of
-/// the candidate from which on it counts, and seconds in a row after which it is another's.
+/// Largest squared ratio for the mean of half a second, which a long candidate's mean would hide;
+/// number of the candidate's ticks from which it is used; and time in a row, s, after which it
+/// belongs to another rest.
 const MAX_LEVEL_RATIO: f64 = 1.5;
 const MIN_LEVEL_TICKS: f64 = 10.0;
 const MAX_STRAY_S: f64 = 3.0;
-/// Seconds in which the floor doubles: a place may be less calm.
+/// Time in which the floor doubles, s: a place may be less calm.
 const FLOOR_DOUBLING_S: f64 = 300.0;
-/// Least floors, rad/s and m/s².
+/// Smallest floors, rad/s and m/s².
 const MIN_GYRO_RAD_S: f64 = 0.005 * DEGREE;
 const MIN_ACCEL_M_S2: f64 = 0.003;
-/// Seconds of rest from which on a floor is learned.
+/// Time of rest after which a floor is learned, s.
 const MIN_LEARNING_S: f64 = 2.0;
 
-/// Spread of the ticks' means in the calmest rest to date, squared; zero before the first.
+/// Squared spread of the ticks' means in the calmest rest to date; zero before the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Calm {
     gyro: f64,
     accel: f64,
-    /// Seconds in a row for which the level has been off the candidate's mean.
+    /// Time in a row for which the level has been off the candidate's mean, s.
     strayed: f64,
 }
 
@@ -41,14 +42,14 @@ impl Calm {
         self.gyro > 0.0
     }
 
-    /// So many seconds passed.
+    /// Lets this time pass, s.
     pub fn age(&mut self, span: f64) {
         let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / FLOOR_DOUBLING_S * span;
         self.gyro = (self.gyro * grown).min(MAX_GYRO_SPREAD_RAD_S * MAX_GYRO_SPREAD_RAD_S);
         self.accel = (self.accel * grown).min(MAX_ACCEL_SPREAD_M_S2 * MAX_ACCEL_SPREAD_M_S2);
     }
 
-    /// True if what may be a rest is as calm as rests of this sensor are.
+    /// True if a candidate is as calm as this sensor's rests.
     pub fn holds(&self, rest: &Candidate, seen: &Seen) -> bool {
         !self.is_known()
             || rest.ticks >= FIRST_DIRECTION_TICKS
@@ -57,7 +58,7 @@ impl Calm {
                 && (seen.gyro - rest.gyro).norm_squared() <= MAX_TICK_RATIO * self.gyro
     }
 
-    /// True if the level of half a second has left the mean of what may be a rest.
+    /// True if the level of half a second has left the candidate's mean.
     pub fn is_left(&mut self, rest: &Candidate, level: &Vector3<f64>, span: f64) -> bool {
         let off = self.is_known()
             && rest.ticks >= MIN_LEVEL_TICKS
@@ -66,13 +67,13 @@ impl Calm {
         off
     }
 
-    /// True if it has for so long that the next rest starts again: sooner, a smooth drive had many
-    /// short candidates, of which one would be calm by chance.
+    /// True if it has left for so long that the next candidate begins. An earlier restart would
+    /// give a smooth drive many short candidates, and one of them would be calm by chance.
     pub fn is_gone(&self) -> bool {
         self.strayed > MAX_STRAY_S * (1.0 + 1e-9)
     }
 
-    /// Takes a rest.
+    /// Learns from a rest.
     pub fn learn(&mut self, rest: &Candidate) {
         if rest.seconds < MIN_LEARNING_S * (1.0 - 1e-9) {
             return;

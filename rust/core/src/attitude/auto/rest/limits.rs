@@ -1,4 +1,4 @@
-//! A body that nobody shakes: samples that stay near their mean, before any calmer rest is known.
+//! Rest by limits of the samples, before a calmer rest is known: samples stay near their mean.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -9,19 +9,19 @@ use crate::attitude::auto::strapdown::Sums;
 /// Largest distance of samples from their mean at rest: gyro, rad/s, and accelerometer, m/s².
 pub const MAX_GYRO_RAD_S: f64 = 2.0 * DEGREE;
 const MAX_ACCEL_M_S2: f64 = 0.5;
-/// Seconds of the means.
+/// Time of the means, s.
 pub const MEAN_S: f64 = 0.5;
-/// Seconds after which what looks like rest is one.
+/// Time after which apparent rest counts as rest, s.
 pub const MIN_REST_S: f64 = 1.5;
 
-/// Means of the last half second, and since when they hold.
+/// Means of the last half second, and time within the limits.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     gyro: Vector3<f64>,
     accel: Vector3<f64>,
-    /// The accelerometer's mean when it began.
+    /// Mean of the accelerometer at the beginning.
     first_accel: Vector3<f64>,
-    /// Seconds within the limits; negative before the first tick.
+    /// Time within the limits, s; negative before the first tick.
     since: f64,
 }
 
@@ -38,17 +38,17 @@ impl Limits {
         &self.gyro
     }
 
-    /// Seconds within the limits.
+    /// Time within the limits, s.
     pub fn since(&self) -> f64 {
         self.since.max(0.0)
     }
 
-    /// A tick tells nothing: it ends what looks like rest.
+    /// Ends an apparent rest: the tick has no information.
     pub fn end(&mut self) {
         self.since = self.since.min(0.0);
     }
 
-    /// Takes a tick.
+    /// Processes a tick.
     #[inline(always)]
     pub fn observe(&mut self, sums: &Sums, seen: &Seen) {
         if self.since < 0.0 {
@@ -59,7 +59,7 @@ impl Limits {
         let weight = (seen.span / MEAN_S).min(1.0);
         self.gyro += (seen.gyro - self.gyro) * weight;
         self.accel += (seen.accel - self.accel) * weight;
-        // A turn about no vertical axis shows in gravity, however slow it is.
+        // A rotation about any axis but the vertical changes gravity, even if it is slow.
         let moved = (self.accel - self.first_accel).norm_squared();
         if of_gyro > MAX_GYRO_RAD_S * MAX_GYRO_RAD_S
             || of_accel.max(moved) > MAX_ACCEL_M_S2 * MAX_ACCEL_M_S2

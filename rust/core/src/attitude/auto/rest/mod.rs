@@ -1,10 +1,14 @@
-//! Rest of a body, by gyro, accelerometer and, where there is one, magnetometer.
+//! Rest of a body, from gyro, accelerometer and, if present, magnetometer.
 //!
-//! A rest shows the bias of the gyro, and nothing else does so well; a false one ruins the heading.
-//! So each part of this folder is for a body that seems to rest or does not: [`limits`] for the usual
-//! rest, [`quiet`] for one of seconds and with motors running, [`calm`] for what a road or a table
-//! makes of either, [`field_observer`] for a turn that only a field shows. Here they are put together, and
-//! it is decided what becomes of a rest at a rate that is far from the bias.
+//! A rest gives the most precise bias of the gyro, and a false rest ruins the heading. The modules
+//! have these tasks:
+//!
+//! - [`limits`]: the usual rest.
+//! - [`quiet`]: a rest of seconds, even with motors running.
+//! - [`calm`]: separates rest from a smooth road or a table.
+//! - [`field_observer`]: detects a rotation that only the field shows.
+//!
+//! This module combines them, and decides on a rest at a rate far from the bias.
 
 mod calm;
 mod field_observer;
@@ -24,28 +28,28 @@ use super::{DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
 use crate::math::validity::{are_within, is_size};
 
-/// Largest distance of a rest's level from the bias, rad/s: always, in addition to three standard
-/// deviations of the bias, which do not count for more than this once a rest was used.
+/// Largest distance of a rest's level from the bias, rad/s, in addition to three standard
+/// deviations of the bias. Once a rest was used, these count at most as much as this value.
 const MAX_BIAS_CHANGE_RAD_S: f64 = 0.15 * DEGREE;
 const BIAS_SIGMAS_SQUARED: f64 = 9.0;
 const MAX_USED_BIAS_CHANGE_RAD_S: f64 = 0.3 * DEGREE;
-/// Seconds that a level far from the bias has to be steady, before any rest was used and after,
-/// within how many rad/s.
+/// Time for which a level far from the bias must be steady, s, before any rest was used and after;
+/// and its tolerance, rad/s.
 const FAR_REST_S: [f64; 2] = [10.0, 30.0];
 const MAX_STEADY_RATE_RAD_S: f64 = 0.5 * DEGREE;
-/// By how much a bias that a rest has shown drifts, rad/s, if three deviations of it are no more: a level
-/// that differs by more is that of a turn, until gravity or a field proves that it is none.
+/// Largest drift of a bias known from a rest, rad/s, if three standard deviations are not more. A
+/// level with a larger difference is a rotation, until gravity or a field proves that it is not.
 const MAX_BIAS_DRIFT_RAD_S: f64 = 0.9 * DEGREE;
-/// Seconds of rest from which on a bias is one that jumped, not one that never was.
+/// Time of rest after which a different bias has jumped, instead of an earlier error, s.
 const MIN_SUPPORT_S: f64 = 10.0;
-/// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
-/// the support, and by its steadiness.
+/// Time of a rest that refutes an earlier one: smallest time, s; multiple of the earlier support;
+/// and time of a steady level, s.
 const REFUTING_REST_S: [f64; 3] = [2.0, 2.0, 9.9];
 const REFUTING_STEADINESS: f64 = 1.5;
 /// Ratio of a rate to the largest bias above which it is a rotation.
 const MAX_BIAS_RATIO: f64 = 3.0;
 
-/// Tick of a rest detector, in the axes of the sensor.
+/// Tick of a rest detector, in the sensor's axes.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
     pub span: f64,
@@ -56,7 +60,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// None where a rate or all forces are unknown.
+    /// The tick, `None` if a rate or all forces are unknown.
     fn of(sums: &Sums) -> Option<Self> {
         if sums.unknown > 0.0 || sums.forces == 0.0 {
             return None;
@@ -70,11 +74,11 @@ impl Seen {
 /// State of the sensor before a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// The bias, rad/s, the largest variance of its axes, and its largest size.
+    /// The bias, rad/s, largest variance of its axes, and its largest size.
     pub bias: Vector3<f64>,
     pub variance: f64,
     pub most: f64,
-    /// True if the body surely speeds up.
+    /// True if the body certainly accelerates.
     pub pushed: bool,
 }
 
@@ -82,16 +86,16 @@ pub struct Known {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
     Motion,
-    /// With what it says of the bias and the variance of that, if it says anything.
+    /// A rest, with its bias and variance if it measures the bias.
     Rest(Option<(Vector3<f64>, f64)>),
-    /// A rest that proves those before wrong, with its level and the variance of that: the bias was
-    /// never what they said.
+    /// A rest that refutes earlier rests, with its level and variance: the earlier bias was wrong.
     Refuted(Vector3<f64>, f64),
-    /// The rest that the bias rests on was a turn.
+    /// The rest that gave the bias was a rotation.
     Denied,
-    /// A rest at a level that is far from the bias, which has jumped.
+    /// A rest at a level far from the bias: the bias has jumped.
     Jumped(Vector3<f64>),
-    /// A rest at a rate that is too large for a bias, or a turn about this direction: none can tell.
+    /// A rest at a rate too large for a bias, or a rotation about this direction; the two cannot be
+    /// distinguished.
     Unclear(Vector3<f64>),
 }
 
@@ -102,49 +106,49 @@ pub struct Rest {
     candidate: Candidate,
     calm: Calm,
     field_observer: FieldObserver,
-    /// The level when it began to be steady, rad/s, and seconds since then.
+    /// The level at which it became steady, rad/s, and time since then, s.
     anchor: Vector3<f64>,
     steady: f64,
-    /// True if a rest was used, seconds of quiet rest that the bias rests on, and the spread of the
-    /// last, squared.
+    /// True if a rest was used; time of quiet rest behind the bias, s; and squared spread of the
+    /// last rest.
     used: bool,
     support: f64,
     spread: f64,
-    /// True if a field has shown that the first rest was none.
+    /// True if a field has refuted the first rest.
     denied: bool,
-    /// Seconds of the rest in use.
+    /// Time of the rest in use, s.
     lasted: f64,
 }
 
 impl Rest {
-    /// Seconds for which the body has rested without a break.
+    /// Time for which the body has rested without a break, s.
     pub fn lasted(&self) -> f64 {
         self.lasted
     }
 
-    /// True if the last ticks may be a rest, at whatever level.
+    /// True if the last ticks may be a rest at any level.
     pub fn is_quiet(&self) -> bool {
         self.candidate.lasts()
     }
 
-    /// True if any rest, however short, has said something of the bias, or one was a turn.
+    /// True if any rest has measured the bias, or a rest was a rotation.
     pub fn has_evidence(&self) -> bool {
         self.tells() || self.support > 0.0
     }
 
-    /// True if rests tell more of the bias than motion does: one was used, or one was a turn.
+    /// True if rests determine the bias better than motion: one was used, or one was a rotation.
     pub fn tells(&self) -> bool {
         self.used || self.denied
     }
 
-    /// Nothing is known of a while.
+    /// Notes a gap without samples.
     pub fn interrupt(&mut self) {
         (self.limits, self.candidate) = (Limits::default(), Candidate::default());
         self.field_observer.begin();
         (self.steady, self.lasted) = (0.0, 0.0);
     }
 
-    /// Takes a tick, and the mean field in it in the axes of the sensor.
+    /// Processes a tick, and the mean field in it in the sensor's axes.
     #[inline(always)]
     pub fn observe(&mut self, sums: &Sums, field: Option<&Vector3<f64>>, known: &Known) -> State {
         self.calm.age(sums.elapsed);
@@ -195,7 +199,7 @@ impl Rest {
         denied
     }
 
-    /// The first rest was a turn: what it has taught is forgotten.
+    /// Forgets everything learned from the first rest, which was a rotation.
     fn deny(&mut self) {
         (self.calm, self.denied) = (Calm::default(), true);
         self.field_observer.forget();
@@ -217,7 +221,7 @@ impl Rest {
             return State::Motion;
         }
         if calm && self.candidate.lasts() {
-            // Of a bias that is none it is no rest, however unsure that is.
+            // A level beyond any bias is no rest, however uncertain the bias is.
             let known = self.used || bias.norm() > *most;
             let near = known && (self.candidate.gyro - bias).norm_squared() <= bound;
             let may_be = near || self.candidate.gyro.norm() <= *most;
@@ -232,13 +236,13 @@ impl Rest {
         self.usual(seen, bias, bound, (*variance, *most), calm)
     }
 
-    /// True if the tick is as calm as rests of this sensor are.
+    /// True if the tick is as calm as this sensor's rests.
     fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
         let level = self.limits.level();
         if (level - bias).norm_squared()
             <= bound.min(limits::MAX_GYRO_RAD_S * limits::MAX_GYRO_RAD_S)
         {
-            // A level is steady for as long as it is far.
+            // A level is steady only while it is far from the bias.
             (self.anchor, self.steady) = (*level, 0.0);
         }
         let left = self.calm.is_left(&self.candidate, level, seen.span);
@@ -253,7 +257,7 @@ impl Rest {
         self.field_observer.begin();
     }
 
-    /// The class of a candidate that may be a rest, if it is one.
+    /// Class of a candidate, if it is a rest.
     fn quietly(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> Option<State> {
         let off = (self.candidate.gyro - bias).norm();
         let first = !self.used
@@ -272,9 +276,9 @@ impl Rest {
         None
     }
 
-    /// The class of a candidate whose rate is larger than any bias should be. Gravity that stays
-    /// proves that it does not turn about a level axis, a field that stays that it does not about
-    /// the vertical.
+    /// Class of a candidate with a rate above any bias. Constant gravity proves that it does not
+    /// rotate about a level axis; a constant field proves that it does not rotate about the
+    /// vertical.
     fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
         let rest = &self.candidate;
         if !rest.is_long() || rest.gyro.norm() > MAX_BIAS_RATIO * most {
@@ -302,7 +306,7 @@ impl Rest {
         State::Rest(rest.measure(seen))
     }
 
-    /// True if this one proves that the bias known was that of no rest.
+    /// True if this rest proves that the known bias came from a false rest.
     fn is_refuted(&self, off: f64) -> bool {
         let rest = &self.candidate;
         let seconds = rest.seconds * (1.0 + 1e-9);
@@ -323,8 +327,8 @@ impl Rest {
         State::Refuted(rest.gyro, seen.noise() / rest.seconds)
     }
 
-    /// A rest by the limits of samples: as long as no calmer one is known, and far from the bias
-    /// where it is steady for long.
+    /// A rest by the limits of the samples, while no calmer rest is known; far from the bias only
+    /// if it is steady for long.
     #[inline(always)]
     fn usual(
         &mut self,

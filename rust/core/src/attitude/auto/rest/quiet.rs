@@ -1,4 +1,4 @@
-//! A rest of seconds, with motors running perhaps: means of ticks stand still, whatever the samples do.
+//! A rest of seconds, possibly with motors running: means of ticks are constant, samples may vary.
 
 use core::ops::Deref;
 
@@ -10,7 +10,7 @@ use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
 use crate::math::validity::{are_within, is_size};
 use crate::rest::quiet::{Quiet, QuietLimits};
 
-/// Largest spread of ticks' means at rest, over the three axes: rad/s and m/s².
+/// Largest spread of ticks' means at rest over the three axes, rad/s and m/s².
 pub const MAX_GYRO_SPREAD_RAD_S: f64 = 0.5 * DEGREE;
 pub const MAX_ACCEL_SPREAD_M_S2: f64 = 0.15;
 /// Largest rotation of gravity at rest, m/s²: a slow rotation about a level axis.
@@ -20,28 +20,28 @@ const LIMITS: QuietLimits = QuietLimits {
     accel: MAX_ACCEL_SPREAD_M_S2,
     turned: MAX_GRAVITY_TURN_M_S2,
 };
-/// Seconds by which the last direction of gravity is behind, how many times further a turn would have
-/// rotated it, and the least share of a jump that is about level axes.
+/// Delay of the last direction of gravity, s; ratio to the limit by which a rotation would have
+/// turned gravity; and smallest share of a jump about level axes.
 const DIRECTION_DELAY_S: f64 = 0.8;
 const MIN_TURN_RATIO: f64 = 3.0;
 const MIN_LEVEL_SHARE: f64 = 0.2;
-/// Density of the mean of a tick, rad/s √s, of a gyro that nothing shakes, and its share of what
-/// shakes it: a gyro rectifies vibration.
+/// Noise density of a tick's mean for a gyro without vibration, rad/s √s, and its share of the
+/// vibration: a gyro rectifies vibration.
 pub const RATE_NOISE: f64 = 0.04 * DEGREE;
 const RECTIFIED_SHARE: f64 = 0.05;
 /// Slowest rotation that is distinguished from a rest of one second, rad/s.
 const SLOW_TURN_RAD_S: f64 = 0.1 * DEGREE;
-/// Seconds after which its mean is measured; each tick after the last.
+/// Times after which the mean is measured, s; after the last, at each tick.
 const MEASURED_AFTER_S: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// Ticks in a row that may be rest, and what of them was measured.
+/// Ticks in a row that may be rest, and their measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     quiet: Quiet,
-    /// Sum of the weights of the ticks, s³/rad², and the mean rate by them.
+    /// Sum of the weights of the ticks, s³/rad², and weighted mean rate.
     weight: f64,
     weighted: Vector3<f64>,
-    /// Number of its means that are measured.
+    /// Number of measured means.
     measured: u8,
 }
 
@@ -61,7 +61,7 @@ impl Deref for Candidate {
 }
 
 impl Candidate {
-    /// Takes a tick; returns whether it is the first, or none is left.
+    /// Processes a tick; returns whether it is the first, or none is left.
     #[inline(always)]
     pub fn observe(&mut self, seen: &Seen) -> bool {
         if self.quiet.is_left(&seen.gyro, &seen.accel, &LIMITS) {
@@ -84,19 +84,19 @@ impl Candidate {
         }
     }
 
-    /// True if it has lasted for long enough to be one.
+    /// True if it has lasted long enough for a rest.
     pub fn lasts(&self) -> bool {
         self.seconds >= MEASURED_AFTER_S[0] * (1.0 - 1e-9)
     }
 
-    /// True if nothing of it was measured.
+    /// True if no mean was measured.
     pub fn is_new(&self) -> bool {
         self.measured == 0
     }
 
-    /// The bias that it measures after this tick, and the variance: its means after half a second,
-    /// one and two, in which a slow rotation shows sixteen times less from one to the next, and
-    /// then every tick.
+    /// The measured bias after this tick, and its variance. Means are measured after half a second,
+    /// one and two seconds; a slow rotation decreases sixteen times from one to the next.
+    /// Afterwards every tick is measured.
     pub fn measure(&mut self, seen: &Seen) -> Option<(Vector3<f64>, f64)> {
         let due =
             MEASURED_AFTER_S.iter().filter(|time| self.seconds >= **time * (1.0 - 1e-9)).count()
@@ -109,25 +109,25 @@ impl Candidate {
         (due == MEASURED_AFTER_S.len() as u8).then(|| (seen.gyro, seen.noise() / seen.span))
     }
 
-    /// True if its level is not the bias, but no turn either: about a level axis that would have
-    /// rotated gravity. A jump of the bias shows about all axes.
+    /// True if its level is neither the bias nor a rotation: a rotation about a level axis would
+    /// have turned gravity. A jump of the bias appears about all axes.
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
         let off = self.gyro - bias;
         let leans = self.level_part(&off);
         self.is_long() && leans > MIN_LEVEL_SHARE * off.norm() && self.would_rotate_gravity(leans)
     }
 
-    /// True if gravity proves the part of its level about level axes to be no turn.
+    /// True if gravity proves that the level's part about level axes is no rotation.
     pub fn refutes_level_turn(&self) -> bool {
         self.would_rotate_gravity(self.level_part(&self.gyro))
     }
 
-    /// True if it has lasted until a turn would show.
+    /// True if it has lasted until a rotation would be detected.
     pub fn is_long(&self) -> bool {
         self.seconds >= MEASURED_AFTER_S[2] * (1.0 - 1e-9)
     }
 
-    /// Up in the axes of the sensor.
+    /// Unit vector up, in the sensor's axes.
     pub fn up(&self) -> Vector3<f64> {
         self.accel * (1.0 / self.accel.norm().max(MAX_GRAVITY_TURN_M_S2))
     }
@@ -137,13 +137,13 @@ impl Candidate {
         (rate - up * rate.dot(&up)).norm()
     }
 
-    /// True if a turn at this rate about a level axis would have rotated gravity.
+    /// True if a rotation at this rate about a level axis would have turned gravity.
     fn would_rotate_gravity(&self, rate: f64) -> bool {
         rate * (self.seconds - DIRECTION_DELAY_S) * self.accel.norm()
             > MIN_TURN_RATIO * MAX_GRAVITY_TURN_M_S2
     }
 
-    /// All of its means count as measured.
+    /// Marks all means as measured.
     pub fn is_known(&mut self) {
         self.measured = MEASURED_AFTER_S.len() as u8;
     }
@@ -157,7 +157,7 @@ impl Candidate {
 }
 
 impl Seen {
-    /// Density of the noise of the mean rate, (rad/s)² s: a shaken gyro's is larger.
+    /// Density of the mean rate's noise, (rad/s)² s; it is larger for a shaken gyro.
     pub fn noise(&self) -> f64 {
         RATE_NOISE * RATE_NOISE + RECTIFIED_SHARE * RECTIFIED_SHARE * self.vibration
     }
