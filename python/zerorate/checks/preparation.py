@@ -349,93 +349,92 @@ FILTER_CHOICES: Final = replace(AS_MEASURED_CHOICES, skip=(GRAVITY, IMPOSSIBLE))
 PREPARATIONS: Final = (
     Preparation(
         ABSENT,
-        "one value in every sample of all axes, while another sensor of the same kind measures",
-        "100 samples: fewer may be equal by chance",
+        "in each axis all samples are equal, while another sensor of the same kind measures",
+        "at least 100 samples, because fewer may be equal by chance",
         "the sensor is excluded, with a note",
         "",
         _drop_absent,
     ),
     Preparation(
         DEAD,
-        "one value in every sample of an axis, while the others change",
-        "100 samples: fewer may be equal by chance",
+        "all samples of an axis are equal, while the other axes change",
+        "at least 100 samples, because fewer may be equal by chance",
         "an alarm",
         "columns",
         _report_dead_axes,
     ),
     Preparation(
         GRAVITY,
-        "mean force in windows of 0.25 s: the smallest twentieth over the largest tenth; in "
-        "violent motion, windows of 0.1 s with the least rotation",
-        "less than 0.25 g, and less than a quarter of the largest tenth; with gravity the ratio "
-        "is 0.35 even on a runner's foot",
+        "5th percentile of the mean force in windows of 0.25 s; in violent motion, force in the "
+        "windows of 0.1 s with the least rotation",
+        "this force is below 0.25 g, and below a quarter of the force in other windows",
         "gravity columns are added if present; otherwise tasks that need gravity raise an error",
         "columns",
         _restore_gravity,
-        "all tasks except replay, allan and identify, which do not use gravity",
+        "all tasks except replay, allan and identify",
     ),
     Preparation(
         "known errors",
-        "a calibration",
+        "a calibration that the user passes",
         "",
-        "removed from the samples",
+        "the errors are removed from the samples",
         "calibration",
         _apply_correction,
         "tasks with a calibration",
     ),
     Preparation(
         FROZEN,
-        "one value in consecutive samples while the gyro turns",
-        "3 s and 5 deg of rotation: a working magnetometer changes",
+        "consecutive samples are equal, while the gyro measures a rotation",
+        "at least 3 s and 5 deg of rotation",
         "the samples count as missing, with an alarm",
         "columns",
         _mask_frozen,
     ),
     Preparation(
         AXES,
-        "units (3) and axes (48) with which gravity and field stay constant during motion",
+        "3 units, and 48 orders and signs of the axes, are tried: with the correct ones, gravity "
+        "and field stay constant during motion",
         "see `zerorate.check`",
-        "an alarm; a steady rate without motion is reported as a bias",
+        "an alarm; without motion a steady rate is reported as a bias",
         "fix",
         _fix_axes,
     ),
     Preparation(
         IMPOSSIBLE,
-        "rates above any gyro's range, and single samples far larger than both neighbours",
-        "4000 deg/s, the largest range sold; 8 times both neighbours from 1000 deg/s on, 50 times "
-        "from 300 deg/s on, since a gyro's low-pass filter spreads motion over two samples",
-        "the samples count as missing; an alarm has their number",
+        "rates above the range of any gyro; single samples far larger than both neighbours",
+        "any rate above 4000 deg/s; a rate above 1000 deg/s that is 8 times larger than both "
+        "neighbours; a rate above 300 deg/s that is 50 times larger than both neighbours",
+        "the samples count as missing; an alarm gives their number",
         "columns",
         _mask_impossible,
-        "all tasks except replay, whose filter tests every rate itself, as in live use",
+        "all tasks except replay, where the filter tests every rate",
     ),
     Preparation(
         CLIPPED,
         "samples at the largest value of an axis, and the flanks of the peak",
         "see `zerorate.checks.restore_recording`",
-        "restored if nothing else explains them; replay, allan, identify and compare use rates as "
-        "measured and raise an alarm",
+        "certain clipped rates are restored; replay, allan, identify and compare only raise an "
+        "alarm",
         "clipped",
         _restore_clipped,
-        "all tasks except correct; calibrate, which excludes rotations at the range; and report, "
-        "which lists them",
+        "all tasks except correct, calibrate and report",
     ),
     Preparation(
         "held fixes",
-        "positions and velocities that repeat those of the fix before",
-        "a median of 2 rows for each fix (a receiver's own record repeats fixes only at rest), or "
-        "a repetition within half the usual interval",
-        "excluded, with their number in a note",
+        "position and velocity are equal to the previous fix",
+        "the median number of rows per fix is at least 2; or a fix repeats within half the usual "
+        "interval",
+        "the repeated fixes are excluded; a note gives their number",
         "",
         None,
         "navigate, report",
     ),
     Preparation(
         "wrong positions",
-        "isolated positions off the line between the fixes before and after",
-        "six standard deviations and eight medians of the distance that motion causes; only for "
-        "receivers without velocities, since with velocities the filter rejects such fixes",
-        "excluded, with their number in a note",
+        "a single position is far from the line between the previous and the next fix",
+        "the distance is above six standard deviations, and above eight times the median distance "
+        "that motion causes; only for receivers without velocities",
+        "the wrong positions are excluded; a note gives their number",
         "",
         None,
         "navigate, report",

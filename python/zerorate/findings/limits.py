@@ -67,11 +67,11 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 0.3 % / √3; 0.17 % is five stamps in 30 s at 100 Hz",
     ),
     "no stamps": Limit(
-        "clocks without timestamps", "", 1, math.inf,
+        "1 if a sensor has no timestamps", "", 1, math.inf,
         "own: a lost sample shifts all later samples unnoticed",
     ),
     "repeated stamps": Limit(
-        "stamps equal to the previous stamp", "", 1, math.inf,
+        "number of stamps equal to the previous stamp", "", 1, math.inf,
         "own: a repeated stamp is not the time of its sample",
     ),
     "break": Limit(
@@ -79,7 +79,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 3 s / √3; in 3 s a hand or a vehicle can turn to any heading",
     ),
     "gaps": _limit_from_act(
-        "angle error if straight lines replace lost samples", "deg", 1.0,
+        "angle error if lost samples are interpolated linearly", "deg", 1.0,
         "own: 1 deg of heading is 1.7 m in 100 m",
     ),
     "lost samples": Limit(
@@ -91,23 +91,23 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 0.1 % is six samples per minute at 100 Hz",
     ),
     "at its limit": Limit(
-        "share of samples at their limit", "%", 0.1 / _LOOK_DIVISOR, 1.0,
+        "share of samples at the limit of the sensor's range", "%", 0.1 / _LOOK_DIVISOR, 1.0,
         "own: 0.1 % / √3; 0.1 % is six samples per minute at 100 Hz",
     ),
     "at its limit, longest": Limit(
-        "longest time at the limit", "s", math.inf, 0.2,
+        "longest time at the limit of the sensor's range", "s", math.inf, 0.2,
         "own: half a period of a hand's or foot's motion at 2.5 Hz",
     ),
     "soft limit": Limit(
-        "share of samples at a soft limit", "%", 0.1 / _LOOK_DIVISOR, math.inf,
-        "own: as for samples at their limit",
+        "share of samples in flat peaks near the largest value", "%", 0.1 / _LOOK_DIVISOR, math.inf,
+        "own: the same as for samples at the limit of the range",
     ),
     "equal samples": Limit(
-        "consecutive equal samples", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
+        "number of consecutive equal samples", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
     ),
     "spikes": Limit(
-        "single samples far from both neighbours", "", 7, math.inf,
-        "own: 12 / √3; no log of 200 simulated logs without faults has 12",
+        "number of single samples far from both neighbours", "", 7, math.inf,
+        "own: 12 / √3; each of 200 simulated logs without faults has fewer than 12",
     ),
     "spikes, share": Limit(
         "share of single samples far from both neighbours", "%", math.inf, 0.1,
@@ -119,7 +119,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "gyro bias": _limit_from_act(
         "bias of the gyro at rest", "deg/s", 5.0,
-        "own: as ArduPilot's limit of the difference between two gyros",
+        "own: equal to ArduPilot's limit for the difference between two gyros",
     ),
     "bias moves": Limit(
         "change of the gyro bias between two rests", "deg/s", 0.1, math.inf,
@@ -130,7 +130,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 10 K change the bias by 0.3 deg/s",
     ),
     "gravity": _limit_from_act(
-        "difference between the norm at rest and 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"
+        "difference between the force at rest and 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"
     ),
     "gyro noise": Limit(
         "noise of the gyro at rest", "deg/s/√Hz", 0.15 / _LOOK_DIVISOR, math.inf,
@@ -155,7 +155,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "vibration in PX4's estimator (vibe[2]), 95th percentile", "m/s", 0.02, 0.04,
         "older flight_review",
     ),
-    "clips": Limit("increase of the log's counts of clipped samples", "", 1, 100, _VIBRATION),
+    "clips": Limit("number of clipped samples, by counters in the log", "", 1, 100, _VIBRATION),
     "gyros differ": _limit_from_act("difference between two gyros at rest", "deg/s", 5.0, _ARMING),
     "accels differ": _limit_from_act(
         "difference between two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
@@ -196,11 +196,11 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 10 deg of heading are 18 m in 100 m",
     ),
     "iron changes": Limit(
-        "changes of the magnetometer's hard iron", "", 1, math.inf,
+        "number of changes of the magnetometer's hard iron", "", 1, math.inf,
         "own: one change makes an earlier calibration wrong",
     ),
     "disturbed": Limit(
-        "share of time in which no hard iron fits", "%", 2.0, math.inf,
+        "share of time in which no hard iron explains the field", "%", 2.0, math.inf,
         "own: 2 % is 1.2 s per minute",
     ),
 }  # fmt: skip
