@@ -52,7 +52,7 @@ class AllanCovariance(Result):
     names : tuple of str
         Names of the gyros.
     notes : tuple of str
-        Changes to the input and warnings, one sentence each.
+        Sentences on changes to the input, and warnings.
 
     Examples
     --------

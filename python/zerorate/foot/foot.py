@@ -95,7 +95,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Position x, y, z, m. NaN if samples are missing for too long.
+        Position x, y, z, m. NaN where it is unknown, in a long gap.
     velocity : ndarray, shape (n, 3)
         Velocity x, y, z, m/s.
     quaternion : ndarray, shape (n, 4)

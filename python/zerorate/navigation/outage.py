@@ -210,7 +210,7 @@ def outages(
         clock, antenna and start are found as in `zerorate.navigate`.
     antenna : array_like, shape (3,), optional
         Vector from the sensors to the antenna in body axes, m. If `nav` is given, set the antenna
-        there.
+        in `nav` instead.
     smooth : bool
         True also runs the smoother and reports its largest error in each outage.
     first : float

@@ -81,7 +81,8 @@ def write_geojson(
     TypeError
         If the track has no times or positions.
     OSError
-        If the file exists (without ``force``) or cannot be written. No partial file remains.
+        If the file exists and ``force`` is False, or the file cannot be written. No partial file
+        remains.
 
     Notes
     -----

@@ -28,7 +28,7 @@ _AXES: Final = "xyz"
 
 
 def columns_of(result: object) -> tuple[Columns, dict[str, str]]:
-    """Return the columns of a log or a result by name, all of one length, and metadata.
+    """Return the columns of a log or a result by name, all of equal length, and the metadata.
 
     A result with samples has the columns of its log, with rate, unit and names as metadata. A
     result without samples has a row for each axis, finding or parameter. Next to each estimated

@@ -162,7 +162,7 @@ def format_table(replay: Summary) -> str:
 def format_learned(replay: Summary) -> str:
     """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
 
-    It has a row for each axis. It is empty for published methods, which have no such parameters.
+    It has a row for each axis. It is empty for published methods, because they learn no parameters.
     """
     if replay.method != "auto":
         return ""

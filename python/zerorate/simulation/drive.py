@@ -178,9 +178,9 @@ def simulate_drive(
     rest : float
         Duration of the rest at the start, s. Default 30.
     gyro, accel : NoiseModel, Device, "consumer" or None
-        Noise of each axis, without its constant bias. None means no noise. Default white noise:
-        1e-4 rad/s/sqrt(Hz) and 1e-3 m/s^2/sqrt(Hz). Default random walk of the bias: 2e-6
-        rad/s/sqrt(s) and 2e-5 m/s^2/sqrt(s).
+        Noise of each axis, without its constant bias. None means no noise. The default has white
+        noise and a random walk of the bias. Gyro: 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s).
+        Accelerometer: 1e-3 m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s).
     gyro_bias, accel_bias : float or array_like, shape (3,)
         Constant biases of the gyro, rad/s, and the accelerometer, m/s^2. One number is the standard
         deviation of random biases. Three numbers are the biases.

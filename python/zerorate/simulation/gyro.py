@@ -93,8 +93,9 @@ def simulate(
 
     Quantization noise is the rate times the difference of successive angle errors. These errors are
     white with the standard deviation Q. Markov noise is stationary from the first sample, with
-    variance q_c^2 T_c / 2. It decays by exp(-dt/T_c) per sample, which is exact. Sinusoids start at
-    a random phase. They count as drift, because they do not average out like white noise.
+    variance q_c^2 T_c / 2. It decays by exp(-dt/T_c) per sample, without discretisation error.
+    Sinusoids start at a random phase. They count as drift, because they do not average out like
+    white noise.
 
     With a filter, the record starts after the filter's transient.
 

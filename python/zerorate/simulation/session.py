@@ -56,7 +56,8 @@ class GyroErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        Matrix W in ``raw = W w + bias + G f``. Default: random, with `scale` and `misalignment`.
+        Matrix W in ``raw = W w + bias + G f``, with rate w and specific force f. Default: random,
+        with `scale` and `misalignment`.
     scale : float
         Standard deviation of a random matrix's diagonal, with mean 1. Default 0.02.
     misalignment : float
@@ -108,8 +109,8 @@ class AccelErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        Matrix A in ``raw = A f + bias``. It is lower triangular, because the accelerometer defines
-        the body's axes. Default: random, with `scale` and `misalignment`.
+        Matrix A in ``raw = A f + bias``, with specific force f. It is lower triangular, because the
+        accelerometer defines the body's axes. Default: random, with `scale` and `misalignment`.
     scale : float
         Standard deviation of a random matrix's diagonal, with mean 1. Default 0.02.
     misalignment : float
