@@ -121,7 +121,7 @@ class FoundNoise:
 
     @property
     def white_models(self) -> dict[str, Any]:
-        """Noise models without vibration. (The vibration is valid at one sampling rate only.)"""
+        """Noise models without vibration; the vibration is valid at one sampling rate only."""
         models = {"gyro": self.gyro, "accel": self.accel}
         return {name: model for name, model in models.items() if model is not None}
 
