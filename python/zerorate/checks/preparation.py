@@ -350,7 +350,7 @@ PREPARATIONS: Final = (
     Preparation(
         ABSENT,
         "in each axis all samples are equal, while another sensor of the same kind measures",
-        "at least 100 samples, because fewer may be equal by chance",
+        "at least 100 samples",
         "the sensor is excluded, with a note",
         "",
         _drop_absent,
@@ -358,7 +358,7 @@ PREPARATIONS: Final = (
     Preparation(
         DEAD,
         "all samples of an axis are equal, while the other axes change",
-        "at least 100 samples, because fewer may be equal by chance",
+        "at least 100 samples",
         "an alarm",
         "columns",
         _report_dead_axes,
