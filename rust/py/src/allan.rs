@@ -89,7 +89,9 @@ impl AllanNoise {
 }
 
 getters! { AllanNoise, slf, py, this;
-    /// Present variance R, in the square of the samples' unit: float, with channels (k,).
+    /// Present variance R, in the square of the samples' unit.
+    ///
+    /// A float, or an array (k,) with k channels.
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
@@ -189,9 +191,10 @@ getters! { StreamingAllan, slf, py, this;
         let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
         arrays::array(py, taus, &[first.octaves()])?
     };
-    /// Allan deviation in the samples' unit: (octaves,), with channels (octaves, k).
+    /// Allan deviation in the samples' unit.
     ///
-    /// NaN for an averaging time without a difference.
+    /// NaN for an averaging time without a difference. An array (octaves,), or (octaves, k) with k
+    /// channels.
     deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
     /// Hadamard deviation, as ``deviation``; a constant angular acceleration does not change it.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;

@@ -228,7 +228,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or an array has another shape.
+///     A parameter is out of range, or an array has a wrong shape.
 ///
 /// References
 /// ----------

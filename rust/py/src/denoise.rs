@@ -338,11 +338,14 @@ getters! { WaveletDenoiser, slf, py, this;
     delay: u64 = this.first().delay();
     /// Delay of the output, s.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Standard deviation of the noise to date: float, with channels (k,).
+    /// Standard deviation of the noise to date.
     ///
-    /// Its unit is the samples' unit; zero before it is known.
+    /// Its unit is the samples' unit; zero before it is known. A float, or an array (k,) with k
+    /// channels.
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
-    /// Number of missing samples to date: int, with channels (k,).
+    /// Number of missing samples to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

@@ -48,7 +48,7 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Raises
 /// ------
 /// ValueError
-///     The kind is unknown, a factor is below 1, or ``z`` has another shape.
+///     The kind is unknown, a factor is below 1, or ``z`` has a wrong shape.
 /// TypeError
 ///     ``z`` does not hold real numbers.
 ///

@@ -287,7 +287,7 @@ fn check_start(start: Option<&[f64]>, size: usize) -> PyResult<()> {
 /// Raises
 /// ------
 /// ValueError
-///     The width is below 1, or ``z`` has another shape.
+///     The width is below 1, or ``z`` has a wrong shape.
 #[pyfunction]
 pub fn without_outliers<'py>(
     z: &Bound<'py, PyAny>,
@@ -321,7 +321,7 @@ pub fn without_outliers<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     ``lags`` is below 1, or ``z`` has another shape.
+///     ``lags`` is below 1, or ``z`` has a wrong shape.
 #[pyfunction]
 pub fn lagged_products<'py>(
     z: &Bound<'py, PyAny>,
@@ -352,7 +352,7 @@ pub fn lagged_products<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     ``z`` has another shape, or a sample is missing.
+///     ``z`` has a wrong shape, or a sample is missing.
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     let values = arrays::record(z)?;

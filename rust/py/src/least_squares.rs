@@ -162,7 +162,9 @@ impl RecursiveLeastSquares {
 }
 
 getters! { RecursiveLeastSquares, slf, py, this;
-    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1).
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit.
+    ///
+    /// An array (p + q + 1,), or (k, p + q + 1) with k channels.
     coefficients: Object<'py> = {
         let values = this.shared.bank.coefficients();
         this.shared.arrays(py, values, &[this.shared.bank.size()])?
@@ -177,7 +179,9 @@ getters! { RecursiveLeastSquares, slf, py, this;
     };
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// True after the start-up: bool, with channels (k,).
+    /// True after the start-up.
+    ///
+    /// A bool, or an array (k,) with k channels.
     ready: Object<'py> = {
         let ready = this.shared.bank.ready();
         this.shared.numbers(py, ready)?

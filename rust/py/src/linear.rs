@@ -359,9 +359,13 @@ getters! { LinearKalman, slf, py, this;
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
     /// Input matrix: (n, p); p is 0 without one.
     B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
-    /// State: (n,), with channels (k, n).
+    /// State.
+    ///
+    /// An array (n,), or (k, n) with k channels.
     state: Object<'py> = this.shared.state(py)?;
-    /// Covariance of ``state``: (n, n), with channels (k, n, n).
+    /// Covariance of ``state``.
+    ///
+    /// An array (n, n), or (k, n, n) with k channels.
     covariance: Object<'py> = {
         let filters = &this.shared;
         let n = filters.bank.model().sizes[0];
@@ -372,22 +376,23 @@ getters! { LinearKalman, slf, py, this;
         // A copy for each channel, not a view of one matrix.
         across(shown, filters.channels, groups)?.call_method0("copy")?
     };
-    /// Innovation ``z - H x`` of the last ``update``: (m,), with channels (k, m).
+    /// Innovation ``z - H x`` of the last ``update``.
     ///
-    /// NaN for a missing measurement, and before the first ``update``.
+    /// NaN for a missing measurement, and before the first ``update``. An array (m,), or (k, m)
+    /// with k channels.
     innovation: Object<'py> = {
         let filters = &this.shared;
         filters.arrays(py, filters.bank.innovation(), &[filters.bank.model().sizes[1]])?
     };
-    /// Normalised innovation squared, ``y.T S^-1 y``: float, with channels (k,).
+    /// Normalised innovation squared, ``y.T S^-1 y``.
     ///
     /// Its mean is the number of measurements if the model is correct. NaN if all measurements were
-    /// missing.
+    /// missing. A float, or an array (k,) with k channels.
     nis: Object<'py> = this.shared.arrays(py, this.shared.bank.nis(), &[])?;
-    /// Log-likelihood of the last measurements, ``-(nis + log det(2 pi S)) / 2``: float, with
-    /// channels (k,).
+    /// Log-likelihood of the last measurements, ``-(nis + log det(2 pi S)) / 2``.
     ///
     /// 0 if all measurements were missing: the sum over samples is the log-likelihood of a record.
+    /// A float, or an array (k,) with k channels.
     log_likelihood: Object<'py> = this.shared.arrays(py, this.shared.bank.log_likelihood(), &[])?;
 }
 

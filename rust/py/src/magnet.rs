@@ -38,7 +38,7 @@ type Fitted<'py> =
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, numbers do not increase, or a value is not finite.
+///     An array has a wrong shape, numbers do not increase, or a value is not finite.
 #[pyfunction]
 pub fn magnet_partition(
     py: Python<'_>,
@@ -94,7 +94,7 @@ pub fn magnet_partition(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, windows decrease, or numbers are too large.
+///     An array has a wrong shape, windows decrease, or numbers are too large.
 #[pyfunction]
 pub fn magnet_fit<'py>(
     py: Python<'py>,
@@ -136,7 +136,7 @@ pub fn magnet_fit<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, windows decrease, or numbers are too large.
+///     An array has a wrong shape, windows decrease, or numbers are too large.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are Python's")]
 pub fn magnet_covariance<'py>(

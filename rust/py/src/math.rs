@@ -26,7 +26,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// Raises
 /// ------
 /// ValueError
-///     The probability is not in (0, 1), or `edf` has another shape.
+///     The probability is not in (0, 1), or `edf` has a wrong shape.
 #[pyfunction]
 pub fn chi_squared_quantile<'py>(
     probability: f64,
@@ -78,7 +78,7 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
 /// Raises
 /// ------
 /// ValueError
-///     ``x`` has another shape.
+///     ``x`` has a wrong shape.
 #[pyfunction]
 pub fn log_normal_cdf<'py>(x: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
     let mut values = arrays::record(x)?;

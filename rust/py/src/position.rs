@@ -232,24 +232,30 @@ impl PositionFilter {
 }
 
 getters! { PositionFilter, slf, py, this;
-    /// Position east and north, m, NaN before the first fix: (2,), with channels (k, 2).
-    position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
-    /// Standard deviation of ``position`` per axis, m: float, with channels (k,).
+    /// Position east and north, m, NaN before the first fix.
     ///
-    /// NaN for "moving_average" and "heading".
+    /// An array (2,), or (k, 2) with k channels.
+    position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
+    /// Standard deviation of ``position`` per axis, m.
+    ///
+    /// NaN for "moving_average" and "heading". A float, or an array (k,) with k channels.
     sigma: Object<'py> = each(slf, &[], |known| vec![known.sigma])?;
-    /// Velocity east and north, m/s: (2,), with channels (k, 2).
+    /// Velocity east and north, m/s.
     ///
     /// For "aided" it is the last given velocity, zero at rest. NaN for "moving_average" and
-    /// "heading".
+    /// "heading". An array (2,), or (k, 2) with k channels.
     velocity: Object<'py> = each(slf, &[2], |known| known.velocity.to_vec())?;
-    /// Slow error of the receiver, m east and north: (2,), with channels (k, 2).
+    /// Slow error of the receiver, m east and north.
     ///
-    /// Estimated by "aided"; NaN for other methods.
+    /// Estimated by "aided"; NaN for other methods. An array (2,), or (k, 2) with k channels.
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
-    /// True if the last fix was missing: bool, with channels (k,).
+    /// True if the last fix was missing.
+    ///
+    /// A bool, or an array (k,) with k channels.
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
-    /// True if "heading" ignored the last fix: bool, with channels (k,).
+    /// True if "heading" ignored the last fix.
+    ///
+    /// A bool, or an array (k,) with k channels.
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

@@ -105,7 +105,9 @@ impl RestDetector {
 }
 
 getters! { RestDetector, slf, py, this;
-    /// True if the sensor rests: bool, with channels (k,).
+    /// True if the sensor rests.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples per second.
     rate: f64 = this.first().rate();
@@ -201,7 +203,9 @@ impl MotionDetector {
 }
 
 getters! { MotionDetector, slf, py, this;
-    /// True if the body is known to move: bool, with channels (k,).
+    /// True if the body is known to move.
+    ///
+    /// A bool, or an array (k,) with k channels.
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples per second.
     rate: f64 = this.first().rate();
@@ -230,7 +234,7 @@ getters! { MotionDetector, slf, py, this;
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape.
+///     An array has a wrong shape.
 #[pyfunction]
 pub fn longest_quiet(
     means: &Bound<'_, PyAny>,

@@ -158,7 +158,7 @@ const COUNTS: [Named<Totals, u64>; 3] = [
 /// Raises
 /// ------
 /// ValueError
-///     The gain is out of range, or `z` has another shape.
+///     The gain is out of range, or `z` has a wrong shape.
 #[pyfunction]
 pub fn exponential_mean<'py>(
     z: &Bound<'py, PyAny>,

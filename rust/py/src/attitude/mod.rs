@@ -473,57 +473,83 @@ impl Attitude {
 }
 
 getters! { Attitude, slf, py, this;
-    /// Quaternion from the sensor's axes to the earth's axes, w first: (4,), with channels (k, 4).
+    /// Quaternion from the sensor's axes to the earth's axes, w first.
+    ///
+    /// An array (4,), or (k, 4) with k channels.
     quaternion: Object<'py> = vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())?;
-    /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
+    /// Roll, pitch and yaw, rad.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     euler: Object<'py> = vectors(slf, &[3], |body| body.euler.to_vec())?;
-    /// Direction of the sensor's x axis over ground: float, with channels (k,).
+    /// Direction of the sensor's x axis over ground.
     ///
-    /// The angle is clockwise from north, 0 to 2 pi.
+    /// The angle is clockwise from north, 0 to 2 pi. A float, or an array (k,) with k channels.
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
-    /// Unit vector upwards, in the sensor's axes: (3,), with channels (k, 3).
-    up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
-    /// Specific force of gravity alone, in the accelerometer's unit: (3,), with channels (k, 3).
-    gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
-    /// Last specific force minus gravity: (3,), with channels (k, 3).
+    /// Unit vector upwards, in the sensor's axes.
     ///
-    /// Axes and unit are the accelerometer's. NaN if the force was missing.
+    /// An array (3,), or (k, 3) with k channels.
+    up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
+    /// Specific force of gravity alone, in the accelerometer's unit.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
+    gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
+    /// Last specific force minus gravity.
+    ///
+    /// Axes and unit are the accelerometer's. NaN if the force was missing. An array (3,), or (k,
+    /// 3) with k channels.
     linear_acceleration: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())?;
-    /// Output of the gyro without rotation, in its unit: (3,), with channels (k, 3).
+    /// Output of the gyro without rotation, in its unit.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())?;
-    /// Standard deviation of ``bias``: (3,), with channels (k, 3).
+    /// Standard deviation of ``bias``.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias_sigma: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())?;
-    /// Matrix M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
+    /// Matrix M in ``rate = M (gyro - bias)``.
+    ///
+    /// An array (3, 3), or (k, 3, 3) with k channels.
     gyro_matrix: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec() })?;
-    /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
+    /// Standard deviations of the elements of ``gyro_matrix``.
+    ///
+    /// An array (3, 3), or (k, 3, 3) with k channels.
     gyro_matrix_sigma: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec() })?;
-    /// Standard deviation of the estimated vertical's angle error, rad: float, with channels (k,).
-    tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
-    /// Standard deviation of the heading, rad: float, with channels (k,).
+    /// Standard deviation of the estimated vertical's angle error, rad.
     ///
-    /// Without a magnetometer it is relative to the start.
+    /// A float, or an array (k,) with k channels.
+    tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
+    /// Standard deviation of the heading, rad.
+    ///
+    /// Without a magnetometer it is relative to the start. A float, or an array (k,) with k
+    /// channels.
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
-    /// True if the body rests: bool, with channels (k,).
+    /// True if the body rests.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// True if the magnetic field's strength or dip is not the known value: bool, with channels
-    /// (k,).
+    /// True if the magnetic field's strength or dip is not the known value.
+    ///
+    /// A bool, or an array (k,) with k channels.
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
-    /// Hard iron that is subtracted from each magnetometer sample: (3,), with channels (k, 3).
+    /// Hard iron that is subtracted from each magnetometer sample.
     ///
     /// Its unit is the magnetometer's; with a calibration its axes are the corrected axes. Zeros
-    /// before it is known, NaN if none is learned.
+    /// before it is known, NaN if none is learned. An array (3,), or (k, 3) with k channels.
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
-    /// Standard deviation of ``hard_iron``, NaN before it is known: (3,), with channels (k, 3).
-    hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
-    /// Number of rates beyond ``gyro_range`` or 1000 rad/s: int, with channels (k,).
+    /// Standard deviation of ``hard_iron``, NaN before it is known.
     ///
-    /// Infinities and NaN are missing samples and are not counted.
+    /// An array (3,), or (k, 3) with k channels.
+    hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
+    /// Number of rates beyond ``gyro_range`` or 1000 rad/s.
+    ///
+    /// Infinities and NaN are missing samples and are not counted. An int, or an array (k,) with k
+    /// channels.
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();

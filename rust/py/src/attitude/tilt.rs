@@ -176,15 +176,21 @@ impl Tilt {
 }
 
 getters! { Tilt, slf, py, this;
-    /// Tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
-    angle: Object<'py> = this.shared.each(py, Core::angle)?;
-    /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
-    angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
-    /// Output of the gyro without rotation: float, with channels (k,).
+    /// Tilt, NaN before the first angle of the accelerometer.
     ///
-    /// NaN for method "complementary".
+    /// A float, or an array (k,) with k channels.
+    angle: Object<'py> = this.shared.each(py, Core::angle)?;
+    /// Standard deviation of ``angle``, NaN for method "complementary".
+    ///
+    /// A float, or an array (k,) with k channels.
+    angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
+    /// Output of the gyro without rotation.
+    ///
+    /// NaN for method "complementary". A float, or an array (k,) with k channels.
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
+    /// Standard deviation of ``bias``, NaN for method "complementary".
+    ///
+    /// A float, or an array (k,) with k channels.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

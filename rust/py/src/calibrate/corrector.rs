@@ -212,9 +212,13 @@ getters! { ImuCorrector, slf, py, this;
         found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
         Some(found)
     };
-    /// Present bias of the raw gyro: (3,), with channels (k, 3).
+    /// Present bias of the raw gyro.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
-    /// Last known force, zero before the first force: (3,), with channels (k, 3).
+    /// Last known force, zero before the first force.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;
     /// Numbers in a sample: 3, 6 or 7.
     inputs: usize = this.shared.bank.width();

@@ -162,19 +162,27 @@ impl TemperatureFilter {
 }
 
 getters! { TemperatureFilter, slf, py, this;
-    /// Bias at the last temperature, zero before the first rest: float, with channels (k,).
+    /// Bias at the last temperature, zero before the first rest.
+    ///
+    /// A float, or an array (k,) with k channels.
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of the mean bias over the next 10 s: float, with channels (k,).
+    /// Standard deviation of the mean bias over the next 10 s.
     ///
     /// It is valid at the last temperature. Before the first rest it is the largest sample to date.
-    /// While the assumed rest may be motion, it is at least as large as the bias.
+    /// While the assumed rest may be motion, it is at least as large as the bias. A float, or an
+    /// array (k,) with k channels.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
-    /// Change of the bias per kelvin: float, with channels (k,).
+    /// Change of the bias per kelvin.
+    ///
+    /// A float, or an array (k,) with k channels.
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
-    /// Standard deviation of ``slope``, zero before it is known: float, with channels
-    /// (k,).
+    /// Standard deviation of ``slope``, zero before it is known.
+    ///
+    /// A float, or an array (k,) with k channels.
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
-    /// True if the gyro rests and the bias is being learned: bool, with channels (k,).
+    /// True if the gyro rests and the bias is being learned.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

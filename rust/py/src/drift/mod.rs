@@ -209,7 +209,7 @@ impl DriftFilter {
     /// Raises
     /// ------
     /// ValueError
-    ///     A parameter or a part of the start is missing, out of range, or has another shape.
+    ///     A parameter or a part of the start is missing, out of range, or has a wrong shape.
     /// TypeError
     ///     A part of the start does not hold numbers.
     #[staticmethod]
@@ -365,45 +365,55 @@ impl DriftFilter {
 }
 
 getters! { DriftFilter, slf, py, this;
-    /// Learned density of the white noise, samples' unit over root Hz: float, with channels (k,).
+    /// Learned density of the white noise, samples' unit over root Hz.
     ///
     /// For ``"auto"`` it is the noise slower than a quarter second, for other methods it is
-    /// computed from R. NaN until it is known.
+    /// computed from R. NaN until it is known. A float, or an array (k,) with k channels.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// Random walk of the bias per root second, in the samples' unit: float, with channels (k,).
+    /// Random walk of the bias per root second, in the samples' unit.
     ///
-    /// Learned by ``"auto"``; NaN until it is known, and for the other methods.
+    /// Learned by ``"auto"``; NaN until it is known, and for the other methods. A float, or an
+    /// array (k,) with k channels.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
-    /// Bias instability B, in the samples' unit: float, with channels (k,).
+    /// Bias instability B, in the samples' unit.
     ///
     /// ``"auto"`` learns it, as flicker with the two-sided density B²/(2πf). Without flicker it is
-    /// an upper bound. NaN until it is known, and for the other methods.
+    /// an upper bound. NaN until it is known, and for the other methods. A float, or an array (k,)
+    /// with k channels.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
-    /// Number of process-noise steps that were shortened: int, with channels (k,).
+    /// Number of process-noise steps that were shortened.
     ///
-    /// They were shortened to keep the process noise positive semidefinite.
+    /// They were shortened to keep the process noise positive semidefinite. An int, or an array
+    /// (k,) with k channels.
     guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
-    /// Number of outlier runs that ``"robust"`` accepted as a step: int, with channels (k,).
-    exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// Number of times that noise and drift were learned again: int, with channels (k,).
+    /// Number of outlier runs that ``"robust"`` accepted as a step.
     ///
-    /// The reason is an initial scale that was wrong by orders of magnitude.
+    /// An int, or an array (k,) with k channels.
+    exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
+    /// Number of times that noise and drift were learned again.
+    ///
+    /// The reason is an initial scale that was wrong by orders of magnitude. An int, or an array
+    /// (k,) with k channels.
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
-    /// Number of samples at or beyond ``limit`` to date: int, with channels (k,).
+    /// Number of samples at or beyond ``limit`` to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Number of rejected outliers to date: int, with channels (k,).
+    /// Number of rejected outliers to date.
     ///
     /// It is updated every quarter second, by ``"robust"`` at each sample. Zero for methods without
-    /// rejection.
+    /// rejection. An int, or an array (k,) with k channels.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Number of samples of a stuck sensor to date: int, with channels (k,).
+    /// Number of samples of a stuck sensor to date.
     ///
     /// It is updated every quarter second. Zero for a published method that neither rejects
-    /// outliers nor holds in motion.
+    /// outliers nor holds in motion. An int, or an array (k,) with k channels.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
-    /// True after the start-up: bool, with channels (k,).
+    /// True after the start-up.
+    ///
+    /// A bool, or an array (k,) with k channels.
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
     /// Samples per second.
     rate: f64 = this.options.params.rate;
