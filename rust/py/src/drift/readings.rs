@@ -35,19 +35,19 @@ readings! { DriftFilter;
     ///
     /// A float, or an array (k,) with k channels.
     innovation_variance;
-    /// Bias subtracted in the compensated rate, in the samples' unit.
+    /// Bias that is subtracted from the samples, in their unit.
     ///
-    /// Learned at rest and held in motion. It is the mean to date in the first second, and 0 before
-    /// the first sample. A float, or an array (k,) with k channels.
+    /// It is learned at rest and held in motion. In the first second it is the mean to date, and 0
+    /// before the first sample. A float, or an array (k,) with k channels.
     bias;
-    /// Standard deviation in the samples' unit.
+    /// Standard deviation of the bias, in the samples' unit.
     ///
     /// For ``"auto"`` it is the standard deviation of the mean bias over the next 10 s, relative to
-    /// ``bias``. ``bias_sigma_over`` gives other spans. It is updated every two seconds, and as
-    /// large as the samples while little is known. For other methods it follows from their model. 0
-    /// before the first sample. A float, or an array (k,) with k channels.
+    /// ``bias``. ``bias_sigma_over`` gives other spans. It is updated every two seconds. While
+    /// little is known, it is as large as the samples. For other methods it follows from their
+    /// model. It is 0 before the first sample. A float, or an array (k,) with k channels.
     bias_sigma;
-    /// True while the filter learns because no motion is detected.
+    /// True while no motion is detected and the filter learns.
     ///
     /// Without ``rest_limit`` the start counts as rest until motion is detected (see ``status``).
     /// With ``motion="ignore"`` it is always True. A bool, or an array (k,) with k channels.
@@ -56,14 +56,14 @@ readings! { DriftFilter;
     ///
     /// A bool, or an array (k,) with k channels.
     saturated;
-    /// True if the sensor repeats one sample for longer than chance explains.
+    /// True if the sensor repeats one sample for longer than can be chance.
     ///
     /// A bool, or an array (k,) with k channels.
     stuck;
     /// Measurement noise variance R, samples' unit squared.
     ///
-    /// For ``"auto"`` it is the variance of a sample about the bias. A float, or an array (k,) with
-    /// k channels.
+    /// For ``"auto"`` it is the variance of the samples about the bias. A float, or an array (k,)
+    /// with k channels.
     measurement_noise;
     /// Kalman gain.
     ///
