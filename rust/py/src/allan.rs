@@ -11,12 +11,11 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Measurement noise variance R of a stream, from its Allan variance at one sample.
+/// Measurement noise variance R of a stream, from its Allan variance at one sample interval.
 ///
-/// The average has fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with
-/// ``1/w = 1 + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is
-/// not finite is missing, and differences across it are left out. One object serves one thread at a
-/// time.
+/// R is an average with fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1
+/// + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is not
+/// finite is missing, and differences with it are left out. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -29,11 +28,10 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///     ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a constant angular acceleration does not
 ///     change.
 /// floor : float, default 0.0
-///     Smallest variance to return, in the square of the samples' unit. A coarsely quantised gyro
-///     at rest repeats one value, and R would fall to zero.
+///     Smallest variance to return, in the square of the samples' unit. Without it, R would fall to
+///     zero if a coarsely quantised gyro repeats one value at rest.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single signal without a channel axis.
-///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -98,9 +96,9 @@ getters! { AllanNoise, slf, py, this;
 /// Allan and Hadamard deviations of a stream at all octaves.
 ///
 /// Averaging times are 1, 2, 4, … samples. The estimators are fully overlapping: they take a
-/// difference at every sample. They equal the deviations of the whole record to rounding. For this
-/// the object keeps the last samples, three times the longest averaging time: ``16 * 2**octaves``
-/// bytes per channel, 1 MiB for 16 octaves. The length of the record does not matter.
+/// difference at every sample. The deviations equal the deviations of the whole record to rounding.
+/// The memory does not depend on the length of the record. It is ``16 * 2**octaves`` bytes per
+/// channel, 1 MiB for 16 octaves.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing, and every difference that needs it
 /// is left out. One object serves one thread at a time.
@@ -110,9 +108,10 @@ getters! { AllanNoise, slf, py, this;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples per second; it scales only ``taus``.
+///     Samples per second; only ``taus`` depends on it.
 /// octaves : int, default 16
-///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
+///     Number of averaging times, from 1 to 24. With 16 the longest averaging time is 32768
+///     samples.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single signal without a channel axis.
 ///
@@ -185,7 +184,7 @@ getters! { StreamingAllan, slf, py, this;
     octaves: usize = this.first().octaves();
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Averaging times in seconds: (octaves,).
+    /// Averaging times, s, shape (octaves,).
     taus: Object<'py> = {
         let first = this.first();
         let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
@@ -193,10 +192,12 @@ getters! { StreamingAllan, slf, py, this;
     };
     /// Allan deviation in the samples' unit.
     ///
-    /// NaN for an averaging time without a difference. An array (octaves,), or (octaves, k) with k
-    /// channels.
+    /// It is NaN for an averaging time without a difference. An array (octaves,), or (octaves, k)
+    /// with k channels.
     deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
-    /// Hadamard deviation, as ``deviation``; a constant angular acceleration does not change it.
+    /// Hadamard deviation, with the unit and shape of ``deviation``.
+    ///
+    /// A constant angular acceleration does not change it.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
     term_count: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;

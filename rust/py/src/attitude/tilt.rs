@@ -110,8 +110,8 @@ impl Tilt {
     /// Process a rate and the accelerometer's angle, and return the tilt.
     ///
     /// Each argument is a float or None, and the result a float. With k channels, arguments and
-    /// result have the shape (k,). ``dt`` is the time since the previous sample, s, by default ``1
-    /// / rate``.
+    /// result have the shape (k,). ``dt`` is the time since the previous sample, s, by default one
+    /// period.
     #[pyo3(signature = (gyro, angle, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
