@@ -11,11 +11,12 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Measurement noise variance R of a stream, from its Allan variance at one sample interval.
+/// Measurement noise variance R: the Allan variance at an averaging time of one sample interval.
 ///
-/// R is an average with fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1
-/// + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is not
-/// finite is missing, and differences with it are left out. One object serves one thread at a time.
+/// R is an average with fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with
+/// ``1/w = 1 + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is
+/// not finite is missing, and differences with it are left out. One object serves one thread at a
+/// time.
 ///
 /// Parameters
 /// ----------
@@ -52,10 +53,12 @@ pub struct AllanNoise {
 
 streaming!(
     AllanNoise,
-    update: "Takes one sample and returns the noise variance R: float to float, with channels (k,) to
-    (k,).",
-    process: "The noise variance R after each sample of a batch: (n,) to (n,), with channels (n, k)
-    to (n, k); the interpreter lock is released.",
+    update: "Process one sample and return the noise variance R.
+
+    Sample and variance are floats, or arrays (k,) with k channels.",
+    process: "Return the noise variance R after each sample of a batch.
+
+    Samples and variances are (n,), or (n, k) with k channels. The interpreter lock is released.",
     out
 );
 streaming!(@bank AllanNoise, core::AllanNoise<f64>);
@@ -105,6 +108,7 @@ getters! { AllanNoise, slf, py, this;
 ///
 /// Differences are computed for 32 samples together: every 32nd sample does the work, in bounded
 /// time and without allocation. The properties are always up to date.
+///
 /// Parameters
 /// ----------
 /// rate : float
@@ -148,8 +152,10 @@ pub struct StreamingAllan {
 
 streaming!(
     StreamingAllan,
-    update: "Process one sample: a float, with channels (k,).",
-    process: "Process a batch: (n,), with channels (n, k); the interpreter lock is released."
+    update: "Process one sample: a float, or an array (k,) with k channels.",
+    process: "Process a batch, shape (n,), or (n, k) with k channels.
+
+    The interpreter lock is released."
 );
 streaming!(@bank StreamingAllan, core::StreamingAllan);
 

@@ -215,8 +215,8 @@ impl<const A: usize> ArrayBank for One<A> {
 ///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
 ///     ``"auto"`` weights the sensors by noise and scale error, ``"mean"`` equally, ``"white"`` by
-///     white noise alone. An array states the weights, for example from ``allan_covariance(z,
-///     rate).virtual_gyro()``.
+///     white noise alone. An array states the weights, for example from
+///     ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
 ///     Standard deviation of the sensors' scale factors, from 0 to 1.
 /// method : {"auto", "centralised"}

@@ -149,7 +149,7 @@ type Grid<'py> = (Matrix<'py>, Matrix<'py, bool>, Matrix<'py, i64>, usize, Vec<V
 /// count : int
 ///     Number of residuals.
 /// coefficients : list of ndarray
-///     [phi, theta, c] of each order, row by row; a row has one p.
+///     [phi, theta, c] of each order, row by row; each row is for one p.
 ///
 /// Raises
 /// ------
@@ -177,7 +177,7 @@ pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Gri
 ///
 /// They are three numbers. The first is the sum of the squared innovations, each over its variance
 /// at unit innovation variance. The second is the sum of the logarithms of these variances. The
-/// third is the number of samples present.
+/// third is the number of samples that are not missing.
 ///
 /// Raises
 /// ------

@@ -58,8 +58,9 @@ const PIECE: usize = 1 << 21;
 ///
 /// Raises
 /// ------
-///     A shape is wrong, a matrix is not finite, or a covariance is not symmetric or not positive
-///     semidefinite. Or P0 is needed, because a state is not observable, or because Q and R are
+/// ValueError
+///     A shape is wrong, a matrix is not finite, or a covariance is not symmetric and positive
+///     semidefinite. Also if ``P0`` is not given, and a state is not observable or Q and R are
 ///     zero.
 ///
 /// References

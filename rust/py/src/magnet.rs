@@ -14,7 +14,7 @@ type Piece = (usize, usize, bool);
 type Fitted<'py> =
     (Array<'py>, Bound<'py, PyArray1<f64>>, Array<'py>, f64, Bound<'py, PyArray1<f64>>);
 
-/// Return the spans with one hard iron each, and outliers, at the least cost.
+/// Return the spans with a constant hard iron, and the outliers, that have the least cost.
 ///
 /// Parameters
 /// ----------

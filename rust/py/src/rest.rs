@@ -66,11 +66,15 @@ pub struct RestDetector {
 
 streaming!(
     RestDetector,
-    update: "Process one sample and return True if the sensor rests: float to bool, with channels
-    (k,) to (k,). ``moving`` states that the body moves, as a ``MotionDetector`` finds.",
-    process: "Return the mask of rest after each sample of a batch: (n,) to (n,), with channels
-    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is True where
-    the body moves, as a ``MotionDetector`` finds; a single thread is then used.",
+    update: "Process one sample and return True if the sensor rests.
+
+    The sample is a float and the result a bool. With k channels both are arrays (k,). ``moving``
+    states that the body moves, as a ``MotionDetector`` detects.",
+    process: "Return the mask of rest after each sample of a batch.
+
+    Samples and mask are (n,), or (n, k) with k channels. ``moving``, bool, (n,), is True where the
+    body moves, as a ``MotionDetector`` detects; a single thread is then used. The interpreter lock
+    is released.",
     moving
 );
 streaming!(@bank RestDetector, Core<f64>);
@@ -176,10 +180,13 @@ pub struct MotionDetector {
 
 streaming!(
     MotionDetector,
-    update: "Takes one sample of the accelerometer and returns True if the body moves: (3,) to bool,
-    with channels (k, 3) to (k,).",
-    process: "True where the body moves, after each sample of a batch: (n, 3) to (n,), with channels
-    (n, k, 3) to (n, k), bool; the interpreter lock is released.",
+    update: "Process one sample of the accelerometer and return True if the body moves.
+
+    The sample is (3,) and the result a bool. With k channels the sample is (k, 3), the result (k,).",
+    process: "Return the mask of motion after each sample of a batch.
+
+    The samples are (n, 3), the mask is (n,). With k channels they are (n, k, 3) and (n, k). The
+    interpreter lock is released.",
     out
 );
 streaming!(@bank MotionDetector, MotionCore);

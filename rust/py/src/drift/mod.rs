@@ -146,33 +146,33 @@ pub struct DriftFilter {
 
 streaming!(
     DriftFilter,
-    update: "Process one sample and return the output, by default the compensated rate: float to
-    float, with channels (k,) to (k,), in the unit of the sample.
+    update: "Process one sample and return the output, by default the compensated rate.
 
-    None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` states that the
-    body moves, as a ``MotionDetector`` finds from an accelerometer: the rate is then no bias,
-    however steady.",
+    The sample is a float, or an array (k,) with k channels. The output has the shape and unit of
+    the sample. None or NaN is a missing sample: the output is NaN, or the estimate. ``moving``
+    states that the body moves, as a ``MotionDetector`` detects from an accelerometer. A constant
+    rate is then no bias.",
     process: "Filter a batch, with results identical to ``update`` sample by sample.
 
     Parameters
     ----------
-    z : array_like, shape (n,), with channels (n, k)
-        Samples; those not finite are missing. A float64 array in C order is not copied: do not
-        write to it from another thread meanwhile.
+    z : array_like, shape (n,), or (n, k) with k channels
+        Samples; a sample that is not finite is missing. A float64 array in C order is not copied:
+        no thread may write to it during the call.
     out : ndarray, optional
         A float64 array of the same shape for the result; may be ``z`` itself.
     threads : int, optional
-        Largest number of threads for several channels, as far as these do not share a vector
-        register and threads pay. Results do not depend on it.
+        Largest number of threads for several channels. Fewer threads are used if more are not
+        faster. Results do not depend on it.
     moving : array_like of bool, shape (n,), optional
-        True where the body moves, as a ``MotionDetector`` finds from an accelerometer; a single
-        thread is then used. Only with a filter that holds in motion.
+        True where the body moves, as a ``MotionDetector`` detects from an accelerometer. A single
+        thread is then used. Only for a filter with ``motion='hold'``.
 
     Returns
     -------
     ndarray, float64, shape of ``z``
-        The output, by default the compensated rate, in the unit of ``z``.
-        The interpreter lock is released meanwhile.",
+        The output, by default the compensated rate, in the unit of ``z``. The interpreter lock is
+        released during the call.",
     moving
 );
 

@@ -72,8 +72,8 @@ readings! { DriftFilter;
     gain;
     /// Process noise covariance G of a sample, in the samples' unit squared.
     ///
-    /// The shape is (p + 1, p + 1), with channels (k, p + 1, p + 1). For ``"auto"`` it is (1, 1):
-    /// the variance of the bias's random step between samples.
+    /// The shape is (p + 1, p + 1); k channels add a first axis of length k. For ``"auto"`` the
+    /// shape is (1, 1): the variance of the bias's random step between samples.
     process_noise;
     /// Model ``[φ…, θ…, c]``, c in the samples' unit.
     ///
