@@ -356,8 +356,8 @@ impl DriftFilter {
     /// - ``"provisional"``: it learns from apparent rest that may be motion.
     /// - ``"in motion"``: it holds the bias.
     /// - ``"no rest yet"``: the sensor moved before anything was learned; the bias is 0.
-    /// - ``"starting anew"``: the filter starts again, since the initial noise was wrong by orders
-    ///   of magnitude.
+    /// - ``"restarting"``: the filter starts again, since the initial noise was wrong by orders of
+    ///   magnitude.
     /// - ``"stuck"``: the sensor repeats one sample for longer than can be chance; the bias is
     ///   held.
     #[getter]
