@@ -22,15 +22,15 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// ----------
 /// fading : float, default 0.97
 ///     Fading factor b in (0, 1]: the weight of a difference falls by this factor at each sample. A
-///     small factor follows changes quickly, a large factor averages. 1 weighs all differences
-///     equally and gives the Allan variance of the whole record.
+///     small factor follows changes quickly, a large factor averages. With 1 all differences have
+///     equal weight, and R is the Allan variance of the whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     ``"allan"`` uses first differences. ``"hadamard"`` uses second differences,
 ///     ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a constant angular acceleration does not
 ///     change.
 /// floor : float, default 0.0
-///     Smallest variance to return, in the square of the samples' unit. Without it, R would fall to
-///     zero if a coarsely quantised gyro repeats one value at rest.
+///     Smallest variance to return, in the square of the samples' unit. A coarsely quantised gyro
+///     repeats one value at rest; without a floor, R would then fall to zero.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single signal without a channel axis.
 ///

@@ -233,7 +233,7 @@ impl PositionFilter {
 }
 
 getters! { PositionFilter, slf, py, this;
-    /// Position east and north, m, NaN before the first fix.
+    /// Position east and north, m; NaN before the first fix.
     ///
     /// An array (2,), or (k, 2) with k channels.
     position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;

@@ -135,8 +135,8 @@ impl RestDetector {
 ///
 /// Motion ends when two conditions are met. First, no motion has been detected for 1.5 times the
 /// time that its detection took. Second, the samples are about as quiet as before the motion; after
-/// a minute this condition is not needed. True means that the body moves, False that its motion is
-/// unknown.
+/// a minute this condition is not needed. The detector returns True if the body moves, and False if
+/// its motion is unknown.
 ///
 /// The accelerometer may have any unit and any axes. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
@@ -155,7 +155,7 @@ impl RestDetector {
 ///
 /// Examples
 /// --------
-/// A minute of rest, then one in which a body turns at 2 deg/s about a level axis:
+/// A body rests for a minute, then turns for a minute at 2 deg/s about a level axis:
 ///
 /// >>> import numpy as np, zerorate as zr
 /// >>> rng, t = np.random.default_rng(1), np.arange(12_000) / 100.0
@@ -167,7 +167,8 @@ impl RestDetector {
 /// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
 /// (False, True)
 ///
-/// With its result a drift filter does not learn a turn as a bias:
+/// With this mask a drift filter does not mistake the rotation for a bias:
+///
 /// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
 /// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
 /// >>> round(plain.bias, 1), round(held.bias, 1)

@@ -38,9 +38,10 @@ where
 
 /// Live correction of an IMU for bias, scale error, misalignment and g-sensitivity.
 ///
-/// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
-/// g_sensitivity @ force)``. The matrices are the inverses of the sensors' responses.
-/// ``Calibration.corrector()`` creates a corrector. The output has the units of the arguments.
+/// ``force = accel_matrix @ (accel - accel_bias)`` and
+/// ``rate = gyro_matrix @ (gyro - gyro_bias - g_sensitivity @ force)``. The matrices are the
+/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. The output
+/// has the units of the arguments.
 ///
 /// A sample has three numbers (gyro), six (gyro and accelerometer) or seven (gyro, accelerometer
 /// and temperature, degC). If an axis of the gyro is missing, the three rates are NaN. If an axis
@@ -218,7 +219,7 @@ getters! { ImuCorrector, slf, py, this;
     ///
     /// An array (3,), or (k, 3) with k channels.
     bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
-    /// Last known force, zero before the first force.
+    /// Last known force; zero before the first force.
     ///
     /// An array (3,), or (k, 3) with k channels.
     force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;

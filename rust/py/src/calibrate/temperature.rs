@@ -165,7 +165,7 @@ impl TemperatureFilter {
 }
 
 getters! { TemperatureFilter, slf, py, this;
-    /// Bias at the last temperature, zero before the first rest.
+    /// Bias at the last temperature; zero before the first rest.
     ///
     /// A float, or an array (k,) with k channels.
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
@@ -179,7 +179,7 @@ getters! { TemperatureFilter, slf, py, this;
     ///
     /// A float, or an array (k,) with k channels.
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
-    /// Standard deviation of ``slope``, zero before it is known.
+    /// Standard deviation of ``slope``; zero before the slope is known.
     ///
     /// A float, or an array (k,) with k channels.
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;

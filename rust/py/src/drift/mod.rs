@@ -97,8 +97,8 @@ use crate::common::work::in_pieces;
 ///     does this. If there are many such samples, or many in a row, they count as motion and are
 ///     kept.
 /// adapt_for : float or None, default 120.0
-///     All but ``"auto"``: time after the start-up in which the model is learned, s. With None the
-///     model is always learned.
+///     All but ``"auto"``: time after the start-up in which the model is learned, s. With None,
+///     learning never ends.
 /// forgetting_factor : float, default 1.0
 ///     All but ``"auto"``: forgetting factor λ of the model's least squares, in (0, 1]. A small λ
 ///     forgets old samples quickly, 1 never forgets.
@@ -226,7 +226,7 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared })
     }
 
-    /// Process a replay: one row per axis, (k, n), to the drift.
+    /// Process a replay with one row per axis, (k, n), and write the drift to ``out``.
     ///
     /// ``noted`` are arrays for the standard deviation, rest and stuck sensor after each sample.
     /// ``moving`` is the argument of ``process`` and needs ``noted``. The interpreter lock is
@@ -291,7 +291,7 @@ impl DriftFilter {
         Ok(rules::function(py, Rule::Trace)?.call((), Some(&named))?.unbind())
     }
 
-    /// Forget the bias and keep the noise: for a sensor that was switched off and on.
+    /// Forget the bias and keep the noise, for a sensor that was switched off and on.
     ///
     /// Raises
     /// ------

@@ -16,8 +16,8 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// This is the live form of `FootNavigation`, with the same filter. A stance is a minimum of the
 /// same speed bound within the last 1.5 s. Outputs belong to the sample ``delay`` seconds ago,
 /// because the bound needs samples on both sides. The delay is about 0.05 s, or 0.1 s with
-/// ``gyro_range``. The frame begins at the start: x is level along the sensor's first axis, y
-/// points left, z up.
+/// ``gyro_range``. The frame begins at the start: x is the horizontal direction of the sensor's
+/// first axis, y points left, z up.
 ///
 /// The filter starts at a rest, and starts again at each rest with less motion. If there is no
 /// rest, it starts in the lowest minimum of the bound within 1.5 s. It has no output until a rest
@@ -197,25 +197,32 @@ getters! { FootFilter, slf, py, this;
     ///
     /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
-    /// Speed bound, m/s; NaN before it is known. Its minima are the stances.
+    /// Speed bound, m/s; NaN before it is known.
+    ///
+    /// Its minima are the stances. A float, or an array (k,) with k channels.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
     /// Number of stances to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
     /// Largest rate about an axis to date, rad/s.
     ///
     /// Below 1.75 (100 deg/s) the sensor is not on a walking foot. If it is on a smoothly driving
-    /// machine, the motion counts as standing, and the position is wrong.
+    /// machine, the motion counts as standing, and the position is wrong. A float, or an array (k,)
+    /// with k channels.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Number of zero-velocity measurements that were rejected since the start.
+    ///
+    /// An int, or an array (k,) with k channels.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
     /// Share of the last six swings' time in which the motion looks like a foot's, 0 to 1.
     ///
     /// NaN before six swings. Below 0.5 the sensor is on a wrist, in a hand or in a pocket, not on
-    /// a foot.
+    /// a foot. A float, or an array (k,) with k channels.
     foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
     /// Number of restarts at the present position because the tilt was wrong.
     ///
-    /// After a restart the heading is almost unknown.
+    /// After a restart the heading is almost unknown. An int, or an array (k,) with k channels.
     relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
