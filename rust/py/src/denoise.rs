@@ -236,10 +236,10 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// unchanged, to rounding. **A linear-phase low-pass of the same delay is nearly always better**:
 /// docs/explanation/wavelets.md.
 ///
-/// The standard deviation of the noise is a quantile of the details of the finest octave, found by
-/// counting. An outlier therefore changes it no more than any other sample does. Nothing is removed
-/// before the first sixteen details. Motion in the finest octave counts as noise after some time.
-/// With a longer wavelet, less of the motion is in this octave.
+/// The standard deviation of the noise is learned from the finest octave: the denoiser counts the
+/// details within this standard deviation. An outlier therefore changes it no more than any other
+/// sample does. Nothing is removed before the first sixteen details. Motion in the finest octave
+/// counts as noise after some time. With a longer wavelet, less of the motion is in this octave.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing. The last sample replaces it.
 /// Details from missing samples do not change the noise. The output is NaN before the first sample.
