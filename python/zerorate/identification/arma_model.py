@@ -196,7 +196,7 @@ class ArmaModel(Result):
 
     @property
     def mean(self) -> float:
-        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN for a random walk with c not 0."""
+        """Mean c / (1 - phi_1 - ... - phi_p) of the process; NaN for a random walk with drift."""
         if not self.constant:
             return 0.0
         rest = at_one(-self.phi)
@@ -250,7 +250,7 @@ class ArmaModel(Result):
         return psi_weights(self.phi, self.theta, n)
 
     def autocovariance(self, lags: int) -> Floats:
-        """Return gamma_0 ... gamma_lags of the process, shape (lags + 1,), exact to rounding.
+        """Return gamma_0 ... gamma_lags of the process, shape (lags + 1,), correct up to rounding.
 
         Raises
         ------

@@ -53,7 +53,7 @@ class Identification(Result):
         Time spans with motion, s from the beginning of the record.
     smooth : int
         Width of the moving average in samples, 1 for none.
-    prepared : Prepared
+    prepared : PreparedRecord
         Prepared record, with the number of samples changed in each step.
     tests : RecordTests
         Tests of stationarity and normality of the prepared record.
@@ -69,7 +69,7 @@ class Identification(Result):
         True if the order was given.
     whiteness : Whiteness
         Whiteness of the residuals of `model`.
-    online : Online or None
+    online : OnlineFit or None
         Recursive least squares of the same order on the same record; None if the recursion does not
         support the order.
 
@@ -166,7 +166,7 @@ def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
 
     Returns
     -------
-    Online or None
+    OnlineFit or None
         Online fit. None for orders without an autoregressive part or above 3, and for a record of
         at most 100 samples, the length of the start-up.
     """

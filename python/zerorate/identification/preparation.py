@@ -190,7 +190,7 @@ def prepare(
 
     Returns
     -------
-    Prepared
+    PreparedRecord
         Record, its sampling rate, and the changes.
 
     Raises

@@ -22,8 +22,8 @@ class Verdict:
     p_value : float
         Probability of this or a more extreme statistic if the hypothesis is true.
     lower, upper : float
-        The hypothesis is accepted for lower < statistic <= upper. A limit that the test does not
-        have is infinite.
+        The hypothesis is accepted for lower < statistic <= upper. If the test has only one limit,
+        the other is infinite.
     accepted : bool
         True if the hypothesis is accepted.
     n : int

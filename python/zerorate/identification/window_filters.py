@@ -209,7 +209,7 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     z : array_like, shape (n,)
         Samples; values that are not finite count as missing.
     factor : int
-        Return one of this number of samples. At least 1; 1 changes nothing.
+        Decimation factor: one of this number of samples is returned. At least 1; 1 changes nothing.
 
     Returns
     -------

@@ -174,7 +174,7 @@ def nis(
     ----------
     innovation : array_like, shape (n,) or (n, k)
         Measurement minus predicted measurement.
-    innovation_variance : array_like, the same shape, or one that broadcasts to it
+    innovation_variance : array_like, the same shape, or a shape that broadcasts to it
         Variance S of the innovation as stated by the filter, in the squared unit of the data.
     where : array_like of bool, shape (n,) or the shape of `innovation`, optional
         Mask of the samples to include, such as samples at rest. Default: all.

@@ -129,7 +129,7 @@ class AllanResult(Result):
         Raises
         ------
         ValueError
-            If there is no such axis.
+            If the record does not have this axis.
         """
         if which not in (*range(len(self.names)), *self.names):
             raise ValueError(f"there is no axis {which!r}; there are {', '.join(self.names)}")

@@ -205,7 +205,7 @@ def whittle(
         Unit of `z`, for instance "deg/s". Default: the unit of a `Log`. Without a unit the model is
         in the unit of the samples, and cannot be converted or exported.
     terms : sequence of str
-        Coefficients to estimate. Default: all five.
+        Names of the coefficients to estimate. Default: all five.
 
     Returns
     -------

@@ -383,7 +383,7 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     Raises
     ------
     LogError
-        If both sensors are missing, or one does not have three axes.
+        If both sensors are missing, or a sensor does not have three axes.
     TypeError
         If `recording` is neither a recording nor a log.
 

@@ -117,7 +117,7 @@ def fit_rate(
         True rate at the samples, as an alternative to `angle`.
     window : float
         Time over which angles are compared, s. Default 1. A longer window reduces the effect of the
-        reference's steps and of clock jitter. A shorter window uses more of fast motion.
+        reference's steps and of clock jitter. A shorter window makes more use of fast motion.
     max_lag : float
         Largest lag to try, positive or negative, s. Default 0.1.
 

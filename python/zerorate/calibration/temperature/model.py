@@ -164,8 +164,8 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro; NaN marks missing samples.
         temperature : Log, or array_like of shape (n,), or None
-            Temperature, degC. A missing value is replaced by the last one. If `temperature` is a
-            Log, `z` must also be a Log; the first channel is interpolated at the times of `z`.
+            Temperature, degC. A missing value is replaced by the last known value. If `temperature`
+            is a Log, `z` must also be a Log; the first channel is interpolated at the times of `z`.
             None: no temperature.
         rate : float, optional
             Sampling rate, Hz. Required if `z` is an array.
@@ -334,9 +334,9 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            Temperature, degC. A missing value is replaced by the last one, and the steps of a
-            coarse thermometer are smoothed. If all temperatures are missing, the bias in the middle
-            of the range is subtracted.
+            Temperature, degC. A missing value is replaced by the last known value, and the steps of
+            a coarse thermometer are smoothed. If all temperatures are missing, the bias in the
+            middle of the range is subtracted.
 
         Returns
         -------
