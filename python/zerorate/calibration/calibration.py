@@ -297,8 +297,8 @@ class Calibration(Result):
     def gyro_to_accel(self) -> Vector:
         """Rotation vector of C in v_accel = C v_gyro, rad, between the sensors.
 
-        Each sensor here has the axes in which its matrix is lower triangular: the sensor's own x
-        axis, and a y axis in its x-y plane. The result is the same in every frame.
+        The axes of each sensor are here its own x axis and a y axis in its x-y plane. In these axes
+        the matrix of the sensor is lower triangular. The result is the same in every frame.
         """
         return gyro_to_accel(self)
 

@@ -29,8 +29,8 @@ class Verdict:
     n : int
         Number of samples used.
     p_bound : {"", "<", ">"}
-        "<" or ">" if the statistic is outside the published table: the probability is then less, or
-        greater, than `p_value`.
+        "<": the probability is less than `p_value`. ">": it is greater. Empty if the statistic is
+        inside the published table.
     note : str
         A warning, or empty.
 

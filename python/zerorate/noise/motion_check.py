@@ -91,10 +91,9 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     windows. Windows of motion are merged if they are less than 5 s apart.
 
     Rotation at a constant rate looks like a bias and is detected only at its beginning and end.
-    Motion without a pause is detected under two conditions: its period exceeds about 4 s, and means
-    over one second change by more than about 25 standard deviations of the noise. Otherwise this
-    motion looks like noise. Strong vibration and outliers count as motion; `hampel` removes
-    outliers.
+    Motion without a pause is detected only if its period exceeds about 4 s. It must also change the
+    one-second means by more than about 25 standard deviations of the noise. Otherwise this motion
+    looks like noise. Strong vibration and outliers count as motion; `hampel` removes outliers.
 
     Parameters
     ----------
