@@ -47,8 +47,9 @@ def make_filter(
     The model is split into an AR(p) drift and white noise of variance R on the samples. White noise
     of variance g drives the drift. The split is exact if possible (ARMA(1, 1) with phi > 0 >
     theta); otherwise g and R have maximum likelihood. With "kf" the filter is optimal from the
-    first sample. In ten minutes of a simulated ARMA(1, 1), its error differs by at most 0.1 % from
-    the error with the true model. A filter that starts without a model has three times this error.
+    first sample. In ten minutes of a simulated ARMA(1, 1), its error is within 0.1 % of a Kalman
+    filter's error with the true model. A filter that starts without a model has three times this
+    error.
 
     A model without a white part, such as any AR(p), would return the samples unchanged. R is then
     the model's Allan variance at the shortest averaging time, gamma_0 - gamma_1. Fu and Han's
