@@ -46,8 +46,9 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0 for success, 1 for a fault of the data, 2 of usage, 70 of zerorate. 128 plus the signal's
-        number for a command ended by a signal, as in a shell. An error is one line on stderr.
+        0 for success, 1 for an error in the data, 2 for wrong usage, 70 for an error in zerorate.
+        128 plus the signal's number if a signal ended the command, as in a shell. An error is
+        printed as one line on stderr.
     """
     from zerorate.cli.app import invoke
     from zerorate.tasks.interrupts import TerminationHandler

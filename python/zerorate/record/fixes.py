@@ -18,7 +18,7 @@ from zerorate.types import Floats, Integers
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fixes:
-    """Fixes of a receiver, n of them, as `read_fixes` and `simulate_drive` return them.
+    """n fixes of a receiver, as `read_fixes` and `simulate_drive` return them.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class Fixes:
         return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
 
     def poses(self, origin: npt.ArrayLike) -> Poses:
-        """Return the positions in metres east, north and up from an origin (deg, deg, m)."""
+        """Return the positions in m east, north and up from an origin in deg, deg, m."""
         known = np.isfinite(self.position).all(axis=1)
         ned = local_ned(self.position[known], floats(origin, "origin"))
         unknown = np.full((len(ned), 4), np.nan)

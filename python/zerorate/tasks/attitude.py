@@ -43,7 +43,7 @@ _Columns: TypeAlias = Sequence[str | int]
 
 
 class AttitudeOptions(ReadingArguments, total=False):
-    """Constants of named methods, and arguments for reading, that `estimate_attitude` passes on."""
+    """Options of `estimate_attitude` for the named methods and for reading."""
 
     time_constant: float
     kp: float
@@ -92,8 +92,8 @@ def estimate_attitude(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        Recording with a gyro and an accelerometer of three axes, and optionally a magnetometer in
-        any unit.
+        Recording with gyro and accelerometer of three axes, and optionally a magnetometer in any
+        unit.
     frame : {"enu", "ned", "nwu"}, optional
         Axes of the earth: east, north, up; north, east, down; or north, west, up. North is magnetic
         north unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
@@ -113,8 +113,8 @@ def estimate_attitude(
         Latitude and longitude, deg. They replace `declination`, which is then computed by the World
         Magnetic Model.
     bias_limit : float, optional
-        Largest possible bias, rad/s. A larger steady rate is a rotation, never a rest. Default 10
-        deg/s.
+        Largest possible bias, rad/s. A larger steady rate is treated as rotation, not as rest.
+        Default 10 deg/s.
     gyro, accel : str
         Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
@@ -130,9 +130,9 @@ def estimate_attitude(
     fix : bool
         Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth. Either poses on the clock of the recording, a file of
-        poses with any north, or names of four columns w, x, y, z of the source. Default: columns
-        named like an orientation, such as ``ref_quat_w``.
+        True orientation from sensor to earth. Poses on the clock of the recording, a file with such
+        poses, or names of the source's four columns w, x, y, z. The north of poses may be any
+        direction. Default: columns named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
         Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional

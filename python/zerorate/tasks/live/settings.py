@@ -96,9 +96,8 @@ class Settings:
     Raises
     ------
     ValueError
-        If a value is not valid for the filter, the method does not use an option, or the width is
-        not valid.
-        not valid.
+        If a value is not valid for the filter, the method does not use an option, or
+        `sequence_bits` is not valid.
 
     Examples
     --------
