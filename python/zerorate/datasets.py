@@ -35,8 +35,7 @@ class Dataset:
     licence : str
         Licence of the recording.
     repository, commit, path : str
-        Owner and name of the repository on GitHub, its commit, and the path of the file in the
-        repository.
+        Owner and name of the GitHub repository, its commit, and the path of the file in it.
     sha256 : str, optional
         SHA-256 of the file; None if it is not known.
 

@@ -39,8 +39,8 @@ class ClippedAxis:
     share : float
         Restored samples as a share of all samples.
     certain : bool
-        True if at least half of the samples at the range have exactly the same value, as only a
-        limited range explains. False after a calibration that mixes axes, even if an axis was
+        True if at least half of the samples at the range have exactly the same value. Only a
+        limited range explains this. False after a calibration that mixes axes, even if an axis was
         clipped.
 
     Examples

@@ -21,8 +21,8 @@ class Limit:
     unit : str
         Unit of both bounds.
     look, act : float
-        A finding with a value of at least `look` is worth a look; from `act` on, it requires
-        action. Infinity: never.
+        A finding is worth a look from the value `look` on, and requires action from `act` on.
+        Infinity: never.
     source : str
         Source of the limit; ``"own: "`` and the reason for a limit of this package.
 

@@ -103,7 +103,7 @@ class LogFile:
     time : callable
         Function of a first index and an end; it returns the times of these samples, s.
     blocks : callable
-        Function of a number of rows; it yields the data in arrays (k, rows), NaN where a sample is
+        Function of a number of rows. It yields the data in arrays (k, rows), NaN where a sample is
         missing. The last array may be shorter. Reading may raise `LogError`.
     whole : Log or None
         Log in memory, if it has been read already.

@@ -39,8 +39,8 @@ class TimeOffset(Result):
         Mean normalised innovation squared per scalar with this offset; 1 if the model is right, NaN
         if unknown.
     antenna : tuple of float or None
-        Vector from the sensors to the antenna, m forward, right, down, estimated together with the
-        offset; None if not estimated.
+        Vector from the sensors to the antenna, m forward, right, down. It is estimated together
+        with the offset; None if not estimated.
     antenna_sigma : tuple of float or None
         Standard deviations of `antenna`, m.
 

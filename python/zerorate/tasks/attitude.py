@@ -106,7 +106,7 @@ def estimate_attitude(
         Use the magnetometer if there is one. Without it, the heading is relative to the start and
         drifts.
     learn_magnetometer : bool
-        Learn the magnetometer's hard iron from the motion, as a live filter can.
+        Learn the magnetometer's hard iron from the motion, as in a live filter.
     declination : float
         Declination: angle of magnetic north east of true north, rad. If given, north is true north.
     at : array_like, shape (2,), optional
@@ -121,8 +121,8 @@ def estimate_attitude(
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
-        Calibration that corrects the magnetometer first. If the recording is the one that was used
-        for calibration, each of its intervals gets its own hard iron.
+        Calibration that corrects the magnetometer first. If the same recording was used for the
+        calibration, each interval of the calibration gets its own hard iron.
     clipped : {"auto", "restore", "leave"}
         Treatment of clipped rates. "auto": restore them from their flanks if there is no other
         explanation. "restore": restore them wherever the flanks predict larger rates. "leave": do
@@ -130,9 +130,9 @@ def estimate_attitude(
     fix : bool
         Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth. Poses on the clock of the recording, a file with such
-        poses, or names of the source's four columns w, x, y, z. The north of poses may be any
-        direction. Default: columns named like an orientation, such as ``ref_quat_w``.
+        True orientation from sensor to earth. Poses on the clock of the recording, or a file with
+        such poses. Their north may be any direction. Or names of the source's four columns w, x, y,
+        z. Default: columns named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
         Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional
@@ -157,7 +157,7 @@ def estimate_attitude(
     ------
     LogError
         If gyro or accelerometer is missing, does not have three axes, or has no known unit. Also if
-        gravity is absent. Notes of the error list contradictions in the recording.
+        gravity is absent. The error's notes list contradictions in the recording.
     ValueError
         If an argument is out of range, or has no effect.
 

@@ -83,9 +83,8 @@ def calibrate(
         Recording with a gyro and an accelerometer, each on its own clock. NaN marks missing
         samples.
     gyro, accel : str, Log or array_like, shape (n, 3), optional
-        Names of the logs, if the recording has several; or arrays of samples, with `rate`. Arrays
-        have no unit: gravity and the rotations determine it, and corrected samples are in rad/s and
-        m/s^2.
+        Names of the logs, if the recording has several; or arrays of samples, with `rate`. Gravity
+        and the rotations determine the unit of arrays. Corrected samples are in rad/s and m/s^2.
     gravity : float, optional
         Local gravity, m/s^2. Default 9.80665. It can be wrong by 0.3 %, and the accelerometer's
         scale then has the same error.

@@ -27,8 +27,8 @@ def check(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        Recording with a gyro and an accelerometer of three axes, at 10 Hz or more, and optionally a
-        magnetometer.
+        Recording with a gyro and an accelerometer of three axes at 10 Hz or more. A magnetometer is
+        optional.
     gyro, accel : str
         Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.

@@ -296,8 +296,8 @@ def navigate(
     axle : array_like, shape (3,), optional
         Vector from the sensors to the unsteered axle, m.
     wheel_speed, wheel_ticks : str or array_like, shape (n,), optional
-        Speed of the wheels, m/s, or their ticks: name of a column, or values at the gyro's samples.
-        Both imply a wheeled vehicle.
+        Speed of the wheels, m/s, or ticks of the wheels. Name of a column, or values at the gyro's
+        samples. Each of them implies a wheeled vehicle.
     tick : float, optional
         Distance per tick, m. Default: found from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
@@ -322,20 +322,20 @@ def navigate(
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     pressure, baro_height : str, array_like, shape (n,), or Aid, optional
-        Pressure, or height in m, of a barometer: name of a column, values at the gyro's samples, or
+        Pressure, or height in m, of a barometer. Name of a column, values at the gyro's samples, or
         `zerorate.navigation.Aid`. Default: found by name (``pressure_hpa``, ``baro_alt_m``).
     pressure_unit : str, optional
         Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: from the name, or from the pressure expected
         at the height of the fixes.
     compass : str, array_like, shape (n,), or Aid, optional
-        Heading of a compass or of two antennas: name of a column, values at the gyro's samples, or
+        Heading of a compass or of two antennas. Name of a column, values at the gyro's samples, or
         `zerorate.navigation.Aid`. Default: found by name (``heading_deg``, ``compass_deg``). The
         motion determines its sense and origin.
     compass_unit : {"deg", "rad"}, optional
         Unit of the compass. Default: from the name, the size of the values, or the motion.
     baseline_columns : str, array_like, shape (n, 3), or Aid, optional
-        Measured vector between two antennas, m north, east, down: names of columns with commas, or
-        values. Default: found by name (``baseline_north_m``).
+        Measured vector between two antennas, m north, east, down. Names of columns, separated by
+        commas, or values. Default: found by name (``baseline_north_m``).
     aids : {"auto", "stated"}
         "auto": also use aids that are found by name. "stated": use only aids that are given as
         arguments.
@@ -345,8 +345,8 @@ def navigate(
     baseline : array_like, shape (3,), optional
         Vector from the first to the second antenna, m forward, right, down.
     limits : dict of str to float, optional
-        Largest standard deviations of valid outputs: position and height, m, velocity, m/s,
-        attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
+        Largest standard deviation of a valid output, by output: position and height, m, velocity,
+        m/s, attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,
@@ -360,8 +360,8 @@ def navigate(
     Raises
     ------
     LogError
-        If a sensor or the fixes are missing, gravity is absent, or the filter cannot start. Notes
-        of the error list contradictions in the recording.
+        If a sensor or the fixes are missing, gravity is absent, or the filter cannot start. The
+        error's notes list contradictions in the recording.
     ValueError
         If an argument is out of range.
 

@@ -12,7 +12,7 @@ __all__ = ["Trace"]
 class Trace(Result):
     """State of a filter after each of n samples; k channels add a second axis to every array.
 
-    For "auto" the state is the drift alone: p + 1 and p + q + 1 below are then 1.
+    For "auto", the state is only the drift, and p + 1 and p + q + 1 are 1.
 
     Examples
     --------
@@ -46,13 +46,13 @@ class Trace(Result):
     bias: Floats
     """Bias learned at rest and held in motion, (n,), in the unit of the samples."""
     bias_sigma: Floats
-    """Standard deviation of the bias by the filter, (n,)."""
+    """Standard deviation of the bias, computed by the filter, (n,)."""
     at_rest: Booleans
-    """True if the filter learned, (n,); always with ``motion="ignore"``."""
+    """True if the filter learned, (n,); always True with ``motion="ignore"``."""
     saturated: Booleans
     """True if the sample was at or beyond ``limit``, (n,)."""
     stuck: Booleans
-    """True if the sensor repeated one value for longer than by chance, (n,)."""
+    """True if the sensor repeated a value for longer than chance explains, (n,)."""
 
     def __len__(self) -> int:
         """Return the number of samples."""

@@ -79,8 +79,8 @@ def walk(
     Raises
     ------
     LogError
-        If a sensor is missing, gravity is absent, or the motion is not a foot's motion. Notes of
-        the error list contradictions in the recording.
+        If a sensor is missing, gravity is absent, or the motion is not a foot's motion. The error's
+        notes list contradictions in the recording.
     ValueError
         If an argument is out of range.
 

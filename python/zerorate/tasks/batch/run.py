@@ -158,8 +158,8 @@ def batch(
         contains the result of each log, its record in JSON, and ``summary.parquet``. With "report",
         it also contains ``overview.html``. Each command needs its own folder.
     command : {"replay", "allan", "report", "check"}
-        Command on each log: filter it, find the noise of its gyros and accelerometers, report on
-        its IMU, or check units, signs and axes.
+        Command on each log. "replay": filter the log. "allan": find the noise of gyros and
+        accelerometers. "report": report on the IMU. "check": check units, signs and axes.
     workers : int, optional
         Number of worker processes; default one per core.
     local_cluster : int, optional

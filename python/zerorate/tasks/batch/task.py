@@ -78,8 +78,8 @@ class Settings:
     Parameters
     ----------
     command : {"replay", "allan", "report", "check"}
-        Command on each log. "replay", the default: filter it. "allan": find the noise of its gyros
-        and accelerometers. "report": report on its IMU. "check": check units, signs and axes.
+        Command on each log. "replay", the default: filter the log. "allan": find the noise of gyros
+        and accelerometers. "report": report on the IMU. "check": check units, signs and axes.
     rate : float, optional
         Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
@@ -93,9 +93,7 @@ class Settings:
     sensor : str, optional
         Sensor to read if a table has several, as in `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
-        `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: factor of
-        the values, start and stop, s, column and unit of the timestamps, treatment of incomplete
-        lines.
+        Arguments of `zerorate.read_log`; `data_scale` is the argument `scale`.
     format : {"parquet", "csv", "npz"}, optional
         Format of the filtered logs, only for "replay"; default Parquet.
     calibration : Calibration or path, optional

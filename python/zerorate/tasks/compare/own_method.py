@@ -35,8 +35,8 @@ class OwnMethod:
     call : callable
         A function of the samples of one axis, shape (n,), and the sampling rate, Hz. Samples are in
         rad/s, or in the log's unit if it is no known rate; NaN marks missing samples. The function
-        returns the bias after each sample, shape (n,), finite. Or a class: it is called with the
-        sampling rate for each axis, and ``update(sample)`` returns the bias after this sample.
+        returns the bias after each sample, shape (n,), finite. Or a class: each axis gets an object
+        ``call(rate)``, and ``update(sample)`` of the object returns the bias after this sample.
 
     Raises
     ------
@@ -114,7 +114,7 @@ class OwnMethod:
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
         """Return True if the output for the first half does not depend on the second half.
 
-        A class processes one sample after the other, so it is causal.
+        A class is causal, because it processes one sample after the other.
         """
         if self._is_class:
             return True
