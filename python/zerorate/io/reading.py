@@ -191,8 +191,8 @@ def read_log(
         at the stated `rate`.
     torn
         ``"skip"`` omits lines of a text table that are not complete rows. By default, such a line
-        raises an error with its number. The first and last line are always omitted if they are not
-        complete.
+        raises an error with its number. A cut first line, or a last line cut by the end of the
+        file, raises no error.
 
     Returns
     -------
@@ -227,7 +227,7 @@ def read_log(
 
     In a table without names, the first column is the time if only this column increases in
     near-equal steps over most rows. A column that only counts rows (0, 1, 2, ...) is left out, and
-    ``rate`` is necessary. The stamps of a wandering clock are kept in ``stamps``.
+    ``rate`` is necessary. If the rate of the clock changes, the log keeps the stamps in ``stamps``.
 
     Missing samples, found by comparing the stamps with a uniform clock, become NaN rows. Late or
     repeated stamps do not add or remove rows. If the clock jumps back, the rows keep the file's

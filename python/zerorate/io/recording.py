@@ -102,8 +102,9 @@ def read_recording(
         One of several sensors, as in `read_log`. Default: a log for each device. If a sensor has
         raw, calibrated and filtered values, the best stage is read, and ``notes`` says so.
     scale
-        Factors for the values: a number for the gyro, factors by kind, ``{"gyro": 1 / 131, "accel":
-        1 / 16384}``, or the result of `zerorate.raw_counts`, which also determines the units.
+        Factors for the values: a number for the gyro, or factors by kind, ``{"gyro": 1 / 131,
+        "accel": 1 / 16384}``. Or the result of `zerorate.raw_counts`, which also determines the
+        units.
     start, stop
         Part of the logs to read: from `start` to before `stop`, s after the earliest sample of the
         source. In a list, each source counts from its own earliest sample. A gyro without samples

@@ -60,8 +60,8 @@ def write_log(
         If two columns would have the same name, or a name ends in a unit that is not the log's
         unit.
     OSError
-        If the file exists (without ``force``), or the folder is missing or not writable. No partial
-        file remains.
+        If the file exists and ``force`` is False. If the folder is missing or not writable. No
+        partial file remains.
     ImportError
         If pyarrow (extra ``io``) is not installed, for Parquet.
 

@@ -32,9 +32,14 @@ def check_writable(
     ------
     FileExistsError
         If the file exists and ``force`` is false.
-    FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
-        In this order: the folder does not exist, the folder is a file, the path is a folder, or
-        writing is not allowed.
+    FileNotFoundError
+        If the folder does not exist.
+    NotADirectoryError
+        If the folder is a file.
+    IsADirectoryError
+        If the path is a folder.
+    PermissionError
+        If writing is not allowed.
     OSError
         If the path is a device or a pipe, because a file would replace it.
 

@@ -44,8 +44,8 @@ class ClockReport:
         else 0. In this case the log keeps the stamps, and the jitter is relative to the changing
         clock.
     slowest, fastest
-        Slowest and fastest rate of a changing clock, Hz, averaged over a fortieth of the log; else
-        0.
+        Slowest and fastest rate of a changing clock, Hz, as means over a fortieth of the log. 0 if
+        the rate does not change.
     step_rms
         Standard deviation of the intervals between stamps, s. Missing samples and repeated stamps
         are excluded.

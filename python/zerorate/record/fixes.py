@@ -49,8 +49,9 @@ class Fixes:
     Raises
     ------
     ValueError
-        If a shape is wrong, a time or position is missing or impossible, or times do not increase.
-        Also if a standard deviation is not positive, or quality or satellites are not integers.
+        If a shape is wrong, or times do not increase. If a time or position is missing or
+        impossible. If a standard deviation is not positive. If quality or satellites are not
+        integers.
 
     Examples
     --------

@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Return True if it differs significantly from `stated`, by more than `min_difference`."""
+        """Return True if it differs from `stated` significantly and by over `min_difference`."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

@@ -264,8 +264,8 @@ def replay_array(
     Returns
     -------
     ArrayReplay
-        Fused rate, weights, treatment of each sample, and Allan deviations. It has the methods
-        `table`, `plot` and `save`.
+        Fused rate, weights, treatment of each sample, and Allan deviations. The result has the
+        methods `table`, `plot` and `save`.
 
     Raises
     ------

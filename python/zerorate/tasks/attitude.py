@@ -95,9 +95,9 @@ def estimate_attitude(
         Recording with gyro and accelerometer of three axes, and optionally a magnetometer in any
         unit.
     frame : {"enu", "ned", "nwu"}, optional
-        Axes of the earth: east, north, up; north, east, down; or north, west, up. North is magnetic
-        north unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
-        be forward, right, down (as in a PX4 log), otherwise "enu".
+        Axes of the earth, for example "enu" for east, north, up. North is magnetic north, or true
+        north if `declination` or `at` is given. Default: "ned" if the gyro's axes are known to be
+        forward, right, down (as in a PX4 log), otherwise "enu".
     method : str
         Method of `zerorate.Attitude`. "auto" needs no settings.
     offline : bool

@@ -387,7 +387,7 @@ def correct(
     Returns
     -------
     Corrected
-        The corrected recording. It has the methods `to_log`, `table`, `plot` and `save`.
+        The corrected recording. The result has the methods `to_log`, `table`, `plot` and `save`.
 
     Raises
     ------

@@ -196,7 +196,7 @@ def characterise(
     Returns
     -------
     Characterised
-        Deviations and models of every axis. It has the methods `table`, `plot` and `save`.
+        Deviations and models of every axis. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

@@ -142,7 +142,7 @@ def identify(
     Returns
     -------
     Identified
-        Tests and models of each axis. It has the methods `table`, `plot` and `save`.
+        Tests and models of each axis. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

@@ -355,7 +355,7 @@ def navigate(
     Returns
     -------
     Navigation
-        Track, start and errors. It has the methods `table`, `plot` and `save`.
+        Track, start and errors. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

@@ -74,7 +74,7 @@ def walk(
     Returns
     -------
     FootTrack
-        Track and strides. It has the methods `table`, `plot` and `save`.
+        Track and strides. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

@@ -178,8 +178,8 @@ def batch(
     Returns
     -------
     BatchResult
-        Outcome of each log, and the outliers among the logs. It has the methods `table`, `plot` and
-        `save`.
+        Outcome of each log, and the outliers among the logs. The result has the methods `table`,
+        `plot` and `save`.
 
     Raises
     ------

@@ -136,7 +136,7 @@ def compare(
     Returns
     -------
     Compared
-        The comparisons. It has the methods `table`, `plot` and `save`.
+        The comparisons. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

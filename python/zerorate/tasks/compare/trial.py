@@ -167,8 +167,8 @@ def read_trial(
         As in `zerorate.read_log`.
     reference : str, optional
         Column of an angle or rate about the axis of one gyro, from a shaft encoder or a rate table.
-        It is a rate if its unit or name shows it. Otherwise it is an angle, in deg unless its name
-        ends in rad. Scale and sign may differ from the gyro's.
+        The column is a rate if its unit or name says so. Otherwise it is an angle: in rad if its
+        name ends in rad, else in deg. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
         Four columns w, x, y, z of the orientation from sensor to world. Default: columns with
         ``quat`` before this letter, such as ``ref_quat_w``. There is no default if `columns` are

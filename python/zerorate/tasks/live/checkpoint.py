@@ -40,7 +40,7 @@ FOREIGN_STATE_ERRORS: Final = (
 
 
 class CheckpointError(ValueError):
-    """Error for bytes that are no complete checkpoint, or a checkpoint with wrong settings."""
+    """Error for bytes that are no complete checkpoint, or for wrong settings."""
 
 
 class SettingsError(CheckpointError):

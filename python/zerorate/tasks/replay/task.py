@@ -94,15 +94,15 @@ def replay(
     Returns
     -------
     Replay
-        The filtered log, scores and learned parameters. It has the methods `table`, `plot` and
-        `save`.
+        The filtered log, scores and learned parameters. The result has the methods `table`, `plot`
+        and `save`.
 
     Raises
     ------
     LogError
         If there is no gyro, all samples are missing, or the source cannot be read.
     ValueError
-        If a method or an option is not valid, or no method uses an option.
+        If a method or an option is not valid, or if none of the methods uses an option.
 
     Examples
     --------
