@@ -49,7 +49,7 @@ typedef enum zr_drift_status {
     // The bias is the mean to date.
     ZR_STARTING = 0,
     // The bias is the mean to date, since the learned scale was wrong by orders of magnitude.
-    ZR_STARTING_ANEW = 1,
+    ZR_RESTARTING = 1,
     // The bias is learned.
     ZR_AT_REST = 2,
     // The bias is held.

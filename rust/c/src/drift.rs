@@ -78,7 +78,7 @@ pub enum zr_drift_status {
     /// The bias is the mean to date.
     ZR_STARTING = 0,
     /// The bias is the mean to date, since the learned scale was wrong by orders of magnitude.
-    ZR_STARTING_ANEW = 1,
+    ZR_RESTARTING = 1,
     /// The bias is learned.
     ZR_AT_REST = 2,
     /// The bias is held.
@@ -95,7 +95,7 @@ impl From<Status> for zr_drift_status {
     fn from(status: Status) -> Self {
         match status {
             Status::Starting => Self::ZR_STARTING,
-            Status::Restarting => Self::ZR_STARTING_ANEW,
+            Status::Restarting => Self::ZR_RESTARTING,
             Status::AtRest => Self::ZR_AT_REST,
             Status::InMotion => Self::ZR_IN_MOTION,
             Status::NoRestYet => Self::ZR_NO_REST_YET,

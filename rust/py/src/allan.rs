@@ -105,6 +105,7 @@ getters! { AllanNoise, slf, py, this;
 ///
 /// Differences are computed for 32 samples together: every 32nd sample does the work, in bounded
 /// time and without allocation. The properties are always up to date.
+///
 /// Parameters
 /// ----------
 /// rate : float

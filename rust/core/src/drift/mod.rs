@@ -66,7 +66,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
-            Self::Restarting => "starting anew",
+            Self::Restarting => "restarting",
             Self::AtRest => "at rest",
             Self::InMotion => "in motion",
             Self::NoRestYet => "no rest yet",

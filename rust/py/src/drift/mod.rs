@@ -351,7 +351,7 @@ impl DriftFilter {
     /// - ``"provisional"``: it learns from apparent rest that may be motion.
     /// - ``"in motion"``: it holds the bias.
     /// - ``"no rest yet"``: the sensor moved before anything was learned; the bias is 0.
-    /// - ``"starting anew"``: the initial noise was wrong by orders of magnitude.
+    /// - ``"restarting"``: the initial noise was wrong by orders of magnitude.
     /// - ``"stuck"``: the sensor repeats one sample for longer than chance does; the bias is held.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
