@@ -35,7 +35,7 @@ from zerorate.tasks.trace import Trace
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[
     "starting",
-    "starting anew",
+    "restarting",
     "at rest",
     "provisional",
     "in motion",

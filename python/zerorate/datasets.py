@@ -35,7 +35,7 @@ class Dataset:
     licence : str
         Licence of the recording.
     repository, commit, path : str
-        Owner and name of the repository on GitHub, the commit, and the path of the file in it.
+        Owner and name of the GitHub repository, its commit, and the path of the file in it.
     sha256 : str, optional
         SHA-256 of the file; None if it is not known.
 
@@ -171,8 +171,8 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
     Raises
     ------
     ValueError
-        If the name is unknown, or the checksum of the file is wrong. Also if the file is of another
-        program.
+        If the name is unknown, or the checksum of the file is wrong. Also if the file exists but
+        was not downloaded by zerorate.
     ImportError
         If pooch (extra ``data``) is not installed.
     OSError

@@ -34,11 +34,11 @@ class Argument(NamedTuple):
     name : str
         Keyword of the argument.
     value : str
-        Value in the shell's form; "" to write the name alone.
+        Value as typed in a shell; "" to write only the name.
     python : str
-        Name and value in Python's form.
+        Name and value as in Python code: ``rate=100``.
     shell_only : tuple of Argument
-        Further arguments that are necessary only in the shell.
+        Further arguments that only the shell command needs.
     """
 
     name: str
@@ -55,7 +55,7 @@ def keyword_argument(
 
 
 def bare_argument(name: str) -> Argument:
-    """Return an argument to be named without a value, as in 'rate must be positive'."""
+    """Return an argument without a value, as in 'rate must be positive'."""
     return Argument(name, "", name)
 
 
@@ -79,7 +79,7 @@ class Sentence(str):
 
     @classmethod
     def of(cls, *parts: str | Argument) -> Self:
-        """Return a sentence made of its parts; a part can be a sentence."""
+        """Return a sentence made of texts, arguments and sentences."""
         flat: list[str | Argument] = []
         for part in parts:
             flat.extend(part.parts if isinstance(part, Sentence) else (part,))
@@ -186,7 +186,7 @@ _NAMING: ContextVar[Naming | None] = ContextVar("naming", default=None)
 
 @contextmanager
 def use_argument_names(names: Naming) -> Iterator[None]:
-    """Make `render_text`, and all tables that use it, write arguments with these names."""
+    """Set the argument names that `render_text` and all tables write within ``with``."""
     before = _NAMING.set({**(_NAMING.get() or {}), **names})
     try:
         yield

@@ -13,7 +13,7 @@ def lazy_exports(
     """Return the functions ``__getattr__`` and ``__dir__`` of a package with lazy imports.
 
     `exports` maps each module to its names, separated by blanks; the key "" lists names of modules.
-    Hide ``__getattr__`` from type checkers: with it they accept any name.
+    Hide ``__getattr__`` from type checkers, because they would accept any name.
     """
     modules = modules_by_name(exports)
 

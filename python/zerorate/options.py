@@ -58,11 +58,16 @@ class Option:
     name : str
         Keyword of the option.
     kind : str
-        Kind of the value. "order": two whole numbers (p, q). "number". "seconds". "seconds or
-        always": seconds, or None for always. "choice": one of `choices`. "pair or word": two
-        numbers, or one of `choices`. "word or flag": one of `choices`, True or False.
+        Kind of the value:
+
+        - "number" or "seconds"
+        - "seconds or always": seconds, or None for always
+        - "order": two whole numbers (p, q)
+        - "choice": one of `choices`
+        - "pair or word": two numbers, or one of `choices`
+        - "word or flag": one of `choices`, True or False
     default : object
-        Default value; None if the default depends on the method, or if nothing is set.
+        Default value; None if the default depends on the method, or if there is no default.
     meaning : str
         Meaning of the option, without a full stop at the end.
     expected : str
@@ -130,12 +135,12 @@ def add_rest_limits(
     unit: str | None,
     names: Iterable[str] = tuple(REST_LIMITS),
 ) -> dict[str, Any]:
-    """Return options of filters with default limits of rest, if the unit is known.
+    """Return filter options with the default limits of rest added, if the unit is known.
 
     Parameters
     ----------
     options : mapping
-        Options that were given. A limit given here replaces the default; None means no limit.
+        Options of the user. A limit in them replaces the default limit; None means no limit.
     methods : sequence of str
         Methods that will run.
     unit : str or None
@@ -146,8 +151,8 @@ def add_rest_limits(
     Returns
     -------
     dict
-        The options, plus the limits that a method uses, in the unit of the samples. No limit is
-        added if the samples are no rates, or with ``motion="ignore"``.
+        The options and the limits that a method uses, in the unit of the samples. No limit is added
+        if the samples are no rates, or with ``motion="ignore"``.
     """
     if unit is None or not _is_rate(unit) or options.get("motion") == "ignore":
         return dict(options)
@@ -178,7 +183,7 @@ def check_used(
     Raises
     ------
     ValueError
-        If no method uses an option. The message names the methods that would use it.
+        If none of the methods uses an option. The message names methods that use it.
     """
     for name in names:
         users = _find_option(name, options).methods
@@ -188,7 +193,7 @@ def check_used(
 
 
 def select_options(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of the given options that a method uses."""
+    """Return the options that a method uses."""
     return {name: value for name, value in options.items() if method in _find_option(name).methods}
 
 

@@ -37,9 +37,10 @@ def use_line_width(letters: int) -> Iterator[None]:
 
 
 def make_printable(text: str) -> str:
-    r"""Return a text that UTF-8 can encode: other bytes of a file's name become ``\xe9``.
+    r"""Return a text that UTF-8 can encode; other bytes of a file's name become escapes.
 
-    Python keeps such bytes as lone surrogates, and files, figures or tables cannot contain these.
+    An escape is for example ``\xe9``. Python keeps such bytes as lone surrogates, which files,
+    figures and tables cannot contain.
     """
     try:
         raw = text.encode("utf-8", "surrogateescape")
@@ -49,7 +50,7 @@ def make_printable(text: str) -> str:
 
 
 def escape_line(text: str) -> str:
-    """Return a text with line breaks and other characters that cannot be printed as escapes."""
+    """Return a text with escapes for line breaks and other unprintable characters."""
     text = make_printable(text)
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 

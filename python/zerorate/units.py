@@ -24,8 +24,8 @@ def __dir__() -> list[str]:
 class Unit(NamedTuple):
     """A unit: a value times ``amount / time`` is the value in the SI unit of its kind.
 
-    Amount and time are separate: the factor from deg/s to deg/h is then exactly 3600. A prefix such
-    as milli is part of the time.
+    Amount and time are separate, so that the factor from deg/s to deg/h is exactly 3600. A prefix
+    such as milli is part of the time.
 
     Examples
     --------

@@ -59,7 +59,7 @@ class View(NamedTuple):
 _FIGURE_WIDTH_PX: Final = 380.0
 """Width of a figure in a notebook, pixels."""
 _HEIGHT_WEIGHT: Final = 0.55
-"""Factor on a figure's height for its width: tall figures are shown narrower."""
+"""Factor on a figure's height that gives its width: tall figures are shown narrower."""
 _TABLE_STYLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
 _FIGURE_STYLE: Final = "max-width: 100%; height: auto; background: white"
 _ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"
@@ -76,7 +76,7 @@ def add_registrar(module: str) -> None:
 
 
 def register(package: str, views: Mapping[str, View], columns: str, panels: str) -> None:
-    """Register the views of results, by ``"module.Class"`` within a package.
+    """Register the views of a package's results, with ``"module.Class"`` as key.
 
     Nothing is imported before the first request for a view. `columns` names the function that turns
     a log or result into columns and metadata. `panels` names the function that draws panels of a
@@ -95,7 +95,7 @@ def table_of(result: object, *arguments: object) -> str:
 def figure_of(
     result: object, *arguments: object, ax: Axes | Sequence[Axes] | None = None
 ) -> Figure:
-    """Return the figure of a result; with `ax`, the figure in which its main panel was drawn.
+    """Return the figure of a result; if `ax` is given, the figure of these axes.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def _load_function(target: str) -> Any:  # noqa: ANN401
 
 
 class FigureError(Exception):
-    """Error for a figure that could not be drawn; all other files of the result were written.
+    """Error for a figure that could not be drawn; all other files were written.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def collect_figure_faults() -> Iterator[list[FigureError]]:
 
 
 def report_figure_faults(faults: Sequence[FigureError]) -> None:
-    """Pass errors of figures to `collect_figure_faults`; without it, raise the first error."""
+    """Pass errors of figures to `collect_figure_faults`, or else raise the first error."""
     collected = _FIGURE_FAULTS.get()
     if collected is not None:
         collected.extend(faults)
@@ -274,8 +274,8 @@ class Shown(Tabular):
         Parameters
         ----------
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the main panel; their figure is returned. Further axes get the panels after the
-            main panel. Text is scaled to matplotlib's ``font.size``.
+            Axes for the main panel; the figure of these axes is returned. Further axes get the
+            following panels. Text is scaled to matplotlib's ``font.size``.
         """
         return figure_of(self, ax=ax)
 
@@ -314,7 +314,7 @@ class Result(Shown):
         figure_format: str | None = None,
         **choices: Any,  # noqa: ANN401
     ) -> list[Path]:
-        """Write the files that the command of this result writes; on an error none is written.
+        """Write the files of this result, as its command does; on an error, no file.
 
         Parameters
         ----------
@@ -335,7 +335,7 @@ class Result(Shown):
         Returns
         -------
         list of Path
-            The files; the log is first.
+            Paths of the files; the log is first.
 
         Raises
         ------

@@ -91,7 +91,7 @@ def test_status_and_count_say_so(method, scale):
     for z in record(60.0):
         f.update(z)
         told.add(f.status)
-    assert told == {"at rest", "starting anew"}
+    assert told == {"at rest", "restarting"}
     assert f.restart_count == 1
     assert f.samples_seen == 7000
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import zerorate as zr
 
-BEGINS = ("starting", "starting anew", "no rest yet")
+BEGINS = ("starting", "restarting", "no rest yet")
 OCTAVES, SECOND, FOUR = 13, 2, 4
 
 

@@ -98,7 +98,7 @@ class AutoFilter:
             return "stuck"
         if self.doing == "at rest" and self.provisional:
             return "provisional"
-        return "starting anew" if self.doing == "starting" and self.restarts else self.doing
+        return "restarting" if self.doing == "starting" and self.restarts else self.doing
 
     def reading(self):
         if self.learned is None:

@@ -115,7 +115,7 @@ def test_a_release_has_a_wheel_for_each_platform_and_is_published_by_a_tag_alone
     publish = jobs["publish"]
     # Started by hand, on a tag too, it publishes nothing.
     assert publish["if"] == "github.event_name == 'push' && github.ref_type == 'tag'"
-    assert set(publish["needs"]) == {"wheels", "sources"}
+    assert set(publish["needs"]) == {"wheels", "free-threaded", "sources"}
     assert publish["permissions"]["id-token"] == "write"
     assert "password" not in text
     assert "secrets." not in text

@@ -78,8 +78,8 @@ class FusedAccelerometers(OneArray, Result):
         RMS residual of each sensor over samples and axes, in `unit`. NaN for a sensor that was
         never used.
     angular_acceleration : ndarray, shape (n, 3), or None
-        Angular acceleration of the body, in units of the rate per second, from the accelerometers
-        and the rate. NaN where the rate is NaN. None without positions.
+        Angular acceleration of the body, in the rate's unit per second. It is estimated from the
+        accelerometers and the rate. NaN where the rate is NaN. None without positions.
     unit : str
         Unit of the accelerations.
 
@@ -129,19 +129,20 @@ def fuse_accelerometers(
 
     A sensor at the lever arm l measures f + alpha x l + omega x (omega x l). The rate omega comes
     from the gyro array. Least squares determine the angular acceleration alpha from the differences
-    between the accelerometers. The derivative of the rate is used, too, if it is smooth. At rest
-    the rate determines alpha better, in fast motion the accelerometers do.
+    between the accelerometers. If the derivative of the rate is smooth, it is used in the same
+    least squares. At rest the rate determines alpha better than the accelerometers. In fast motion
+    the accelerometers determine alpha better than the rate.
 
     Lever arms are not needed for the mean of sensors that are evenly spread around the origin. They
     are needed if a sensor is missing or has less weight, or if the origin is elsewhere. They are
     also needed to distinguish a faulty sensor from motion.
 
-    With three sensors or more, outliers from the median of the other sensors are left out. A single
-    sample is left out at once. A sensor is left out if its mean over a quarter second is an
-    outlier. It is used again after 10 s of agreement, if a fault of this size would have been
-    visible. The threshold is a tenth of gravity plus five times the usual difference of the other
-    sensors. Calibrated sensors therefore reveal smaller faults. In fast rotations lever arms are
-    less certain, so only larger faults are found.
+    With three sensors or more, each sensor is compared with the median of the other sensors. A
+    single outlier is left out at once. A sensor is left out if its mean over a quarter second is an
+    outlier. It is used again after it agrees for 10 s in which a fault of this size is detectable.
+    The threshold is a tenth of gravity plus five times the usual difference between the other
+    sensors. It is therefore lower for calibrated sensors than for uncalibrated sensors. It is
+    higher in fast rotations than at rest, because of the errors of the lever arms.
 
     The function does not calibrate the sensors. The result has the weighted mean of their offsets
     and scale errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes both.
@@ -153,9 +154,9 @@ def fuse_accelerometers(
         of its axes is not finite.
     rate_fused : array_like, shape (n, 3)
         Rate of the body at the same times, without bias, in `gyro_unit`: the output of
-        `zerorate.GyroArray`. Without positions it only limits the differences between the sensors.
-        With positions, it may be NaN: the force at the origin then follows from the force gradient
-        over the sensors.
+        `zerorate.GyroArray`. Without positions, the rate only determines the allowed differences
+        between the sensors. With positions, the rate may be NaN. The force at the origin then
+        follows from the force gradient over the sensors.
     rate : float
         Sampling rate, Hz. Default: the rate of `rate_fused` if it is a `Log`.
     rotations : array_like, shape (N, 3, 3), optional
@@ -164,12 +165,13 @@ def fuse_accelerometers(
         Positions of the sensors relative to the point of the result, m, in the axes of the body.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
         "auto" weights by noise and scale error, "mean" weights equally, and "white" weights by
-        noise alone. An array gives the weights. An accelerometer always measures gravity, so "auto"
-        is close to "mean" unless one sensor is far noisier.
+        noise alone. An array gives the weights. An accelerometer always measures gravity, so scale
+        errors dominate. "auto" is therefore close to "mean" for sensors with similar noise.
     limit : float, optional
         Range of the sensors, in `accel_unit`. Samples of this size or larger count as missing.
     scale_error : float, default 0.01
-        Standard deviation of the sensors' scale factors, 0 to 1. It is smaller after a calibration.
+        Standard deviation of the sensors' scale factors, 0 to 1. Give a smaller value for
+        calibrated sensors.
     gyro_unit, accel_unit : str
         Units of the samples, as in `zerorate.units`.
 
@@ -180,7 +182,8 @@ def fuse_accelerometers(
     Raises
     ------
     ValueError
-        If an array has another shape, a matrix is not a rotation, or an argument is out of range.
+        If an array does not have the stated shape, a matrix is not a rotation, or an argument is
+        out of range.
 
     References
     ----------
@@ -189,7 +192,7 @@ def fuse_accelerometers(
 
     Examples
     --------
-    Two sensors on a turntable, 10 cm and 20 cm from its axis. On the axis only gravity acts:
+    Two sensors are on a turntable, 10 cm and 20 cm from its axis. On the axis only gravity acts:
 
     >>> import numpy as np
     >>> import zerorate as zr

@@ -37,14 +37,14 @@ class AllanCovariance(Result):
     tau : ndarray, shape (t,)
         Averaging times, s.
     matrix : ndarray, shape (t, N, N)
-        Covariances, in `unit` squared. The diagonal has the squared Allan deviations. NaN if the
-        gaps leave no term.
+        Covariances, in `unit` squared. The diagonal has the squared Allan deviations. NaN if every
+        term contains a gap.
     edf : ndarray, shape (t,)
         Equivalent degrees of freedom, as the median over the gyros.
     term_count : ndarray of int, shape (t,)
         Number of terms in each covariance.
     seconds : float
-        Length of the record, s, without samples that any gyro lacks.
+        Total duration of the samples that all gyros have, s.
     rate : float
         Sampling rate, Hz.
     unit : str
@@ -52,7 +52,7 @@ class AllanCovariance(Result):
     names : tuple of str
         Names of the gyros.
     notes : tuple of str
-        Changes to the input and warnings, one sentence each.
+        Sentences on changes to the input, and warnings.
 
     Examples
     --------
@@ -111,8 +111,9 @@ class AllanCovariance(Result):
         Raises
         ------
         ValueError
-            If drift weights have less than 900 s of record per gyro, or a gyro is constant. Also if
-            there are fewer than two averaging times, or an argument is out of range.
+            If `weights` is "drift" and the record is shorter than 900 s times the number of gyros.
+            If a gyro is constant, or there are fewer than two averaging times. If an argument is
+            out of range.
 
         Notes
         -----
@@ -121,13 +122,13 @@ class AllanCovariance(Result):
         the horizon (R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of
         low-cost gyros", Sensors 17(2):352, 2017).
 
-        Chance correlations look like true correlations. Q is therefore moved towards its diagonal
-        by the share N / (N + T/256 s), for N gyros and a record of length T.
+        Chance correlations look like true correlations. The off-diagonal elements of Q are
+        therefore reduced by the share N / (N + T/256 s), for N gyros and a record of length T.
 
         The gain is found on each eighth of the record, with weights from the other seven eighths.
-        Its standard error comes from leaving out each eighth in turn. If the horizon is among the
-        averaging times with well known Allan deviations, the gain is the ratio of these deviations.
-        Beyond them it comes from the fitted noise.
+        Its standard error comes from leaving out each eighth in turn. The gain is the Allan
+        deviation of the plain mean divided by the deviation of the weighted mean. If the horizon is
+        outside the well known averaging times, the deviations come from the fitted noise.
 
         Examples
         --------
@@ -167,20 +168,20 @@ def allan_covariance(
         Sampling rate, Hz.
     taus : {"octave", "decade", "all"} or sequence of float
         Averaging times: "octave" doubles them, "decade" has ten per decade, "all" has every time.
-        Numbers are in s and are rounded to whole samples; `notes` then says so.
+        Numbers are times in s. They are rounded to whole samples, with a sentence in `notes`.
     unit : str, optional
         Unit of `z`: "deg/s", "rad/s", ...
     names : sequence of str, optional
         Names of the gyros.
     bridge : int, default 0
         Longest gap of a gyro, in samples, that is filled with a straight line. A term that spans a
-        longer gap is left out for all gyros. The matrices then stay positive semidefinite, with
-        correlations within ±1.
+        longer gap is left out for all gyros. This keeps the matrices positive semidefinite, with
+        correlations from -1 to 1.
 
     Returns
     -------
     AllanCovariance
-        Covariances; `AllanCovariance.virtual_gyro` computes weights from them.
+        Covariances. The method `virtual_gyro` computes weights from them.
 
     Raises
     ------
@@ -190,8 +191,8 @@ def allan_covariance(
 
     Notes
     -----
-    Take two gyros' differences between neighbouring means over tau. An element is half the mean of
-    their products. The computing time is O(n N²) for each tau.
+    For two gyros, take the differences between neighbouring means over tau. The matrix element is
+    half the mean of the products of these differences. The computing time is O(n N²) for each tau.
 
     Examples
     --------

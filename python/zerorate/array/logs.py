@@ -44,12 +44,12 @@ class ArrayLog:
     unit : str
         Unit of all gyros.
     axes : tuple of str
-        ``("x", "y", "z")``. For one axis it is the letter of the axis, or empty if unknown.
+        ``("x", "y", "z")``, or one letter for gyros of one axis. Empty if this axis is unknown.
     meta : mapping
         Metadata, as in `zerorate.Log`.
     accel : ndarray, shape (n, N, 3), or None
-        Forces of the same devices in `accel_unit`, in the sensors' own axes. NaN marks a missing
-        sample, or a device without an accelerometer.
+        Specific forces of the same devices in `accel_unit`, in the sensors' own axes. NaN marks a
+        missing sample, or a device without an accelerometer.
     accel_unit : str
         Unit of all accelerometers.
 
@@ -120,8 +120,8 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     ----------
     source : Recording or Log
         All gyros of a recording are used: ``gyro``, ``gyro_1``, and so on. The channels of a log
-        are split into sensors. A recording with a single gyro is split, too. The columns that a
-        user selects with ``columns=`` can therefore become an array.
+        are split into sensors. If a recording has a single gyro, its channels are split in the same
+        way. Columns that a user selects with ``columns=`` can therefore become an array.
     axes : {1, 3}, optional
         Axes of each sensor in a split log. Default: three columns in a row are a sensor if their
         names end in x, y, z. Otherwise each column is a gyro with one axis.
@@ -131,13 +131,14 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     ArrayLog
         The array. Labels come from the channel names, such as ``imu1`` from ``imu1_gyro_x_dps``, or
         else from the names of the logs. Accelerometers with three axes are matched to gyros by
-        name. They are left out, with a note, if their clock or their units do not match.
+        name. If one of them is not on the gyros' clock, or if their units differ, all
+        accelerometers are left out, with a note.
 
     Raises
     ------
     LogError
         If there is no gyro, or gyros differ in rate, length, clock, unit or number of axes. The
-        message names two such gyros.
+        message names two gyros that differ.
 
     Examples
     --------

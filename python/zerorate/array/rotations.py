@@ -60,7 +60,7 @@ class Rotations(Result):
     seconds : float
         Duration of the motion used, s. NaN if unknown.
     positions : ndarray, shape (N, 3), or None
-        Positions of the sensors in the axes of the body, m, as stated. They are never estimated.
+        Stated positions of the sensors in the axes of the body, m. They are never estimated.
 
     Examples
     --------
@@ -84,7 +84,7 @@ class Rotations(Result):
         return np.rad2deg(quaternions.angle(quaternions.from_matrices(self.matrices)))
 
     def of(self, labels: Sequence[str]) -> Floats:
-        """Return the matrices for these labels, (N, 3, 3); raises ValueError if one is missing."""
+        """Return the matrices for these labels, (N, 3, 3). ValueError if a label is missing."""
         known = dict(zip(self.labels, self.matrices, strict=True))
         missing = [label for label in labels if label not in known]
         if missing:
@@ -94,7 +94,7 @@ class Rotations(Result):
         return np.stack([known[label] for label in labels])
 
     def part(self, labels: Sequence[str]) -> Rotations:
-        """Return the rotations for these labels; raises ValueError if one is missing."""
+        """Return the rotations for these labels. Raises ValueError if a label is missing."""
         self.of(labels)
         indices = [self.labels.index(label) for label in labels]
         return replace(
@@ -119,7 +119,7 @@ class Rotations(Result):
         Raises
         ------
         OSError
-            If the file exists (without `force`) or cannot be written.
+            If the file exists and `force` is False, or the file cannot be written.
         """
         content = {
             "format": _FORMAT,
@@ -149,8 +149,8 @@ def find_rotations(
     rotation between each sensor's rates and the first sensor's rates. This is Wahba's problem,
     solved by singular values. All directions of the motion have equal weight, so that scale errors
     do not rotate the result. The standard errors come from a jackknife over ten parts of the
-    motion. They include all disagreement between the parts. Non-orthogonal axes have no exact
-    rotation, so the result is then a compromise.
+    motion. They include all disagreement between the parts. For non-orthogonal axes no rotation is
+    exact, and the result is the best fit.
 
     Parameters
     ----------
@@ -176,10 +176,10 @@ def find_rotations(
     Raises
     ------
     LogError
-        If a sensor never rests, or there are less than 3 s of common motion. Also if the motion is
-        about one direction only, or a sensor has mirrored axes or does not rotate with the first.
+        If a sensor never rests, or the common motion lasts less than 3 s. If the motion is about
+        one direction only. If a sensor has mirrored axes, or does not rotate with the first sensor.
     ValueError
-        If `z` has another shape, or an argument is out of range.
+        If `z` does not have the stated shape, or an argument is out of range.
 
     References
     ----------
@@ -408,8 +408,8 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
     Raises
     ------
     ValueError
-        If the text is not such JSON, or a matrix is not a rotation within 1e-6. Also if the length
-        of a quaternion is not 1 within 1e-3. The message names the sensor.
+        If the text is not JSON with these keys. If a matrix is not a rotation to within 1e-6, or a
+        quaternion's length differs from 1 by more than 1e-3. The message names the sensor.
     OSError
         If the file cannot be read.
 

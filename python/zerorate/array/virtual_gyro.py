@@ -42,8 +42,8 @@ class VirtualGyro(Result):
     Attributes
     ----------
     weights : ndarray, shape (N,)
-        Weight of each gyro. The sum is 1. A weight is negative if the gyro's drift is correlated
-        with the other gyros' drift, but larger.
+        Weight of each gyro. The sum is 1. A gyro has a negative weight if its drift is correlated
+        with the other gyros' drift and larger than theirs.
     gain : float
         Deviation of the plain mean divided by the deviation of the weighted mean, at the horizon.
         It is computed on parts of the record that did not determine the weights.

@@ -71,36 +71,37 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     disturbed : ndarray of bool, shape (n,)
         Mask of samples with a disturbed magnetic field.
     events : ndarray of uint16, shape (n,)
-        Events of the sample and of the filter: a sum of `zerorate.attitude.Event` values.
+        Events at each sample, as the sum of their `zerorate.attitude.Event` values.
     linear_acceleration : ndarray, shape (n, 3)
         Acceleration without gravity in the sensor's axes, m/s^2. NaN if the accelerometer sample is
         missing.
     bias, bias_sigma : ndarray, shape (n, 3)
         Gyro bias and its standard deviation, rad/s.
     moments : ndarray of int64, shape (m,)
-        Indices of the samples for the next two arrays: at most 1000, the last index is n - 1.
+        Indices of the samples at which the next two arrays are stored. There are at most 1000
+        indices. The last index is n - 1.
     gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
         Matrix M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
     frame : {"enu", "ned", "nwu"}
         Earth axes.
     method : str
-        Method of the estimate.
+        Method of `zerorate.Attitude` that was used.
     offline : bool
         True if later samples were used.
     mag : bool
         True if a magnetometer was used.
     reference : ndarray, shape (n, 4), or None
-        True orientation from the sensor's axes to `frame`. NaN where missing. None without a
-        reference.
+        True quaternions w, x, y, z from the sensor's axes to `frame`. NaN marks missing values.
+        None without a reference.
     source : str
         Name of the recording.
     notes : tuple of str
         Sentences on the recording and on assumptions.
     compared_heading : {"absolute", "relative", "aligned"}
-        Default treatment of headings in `errors`. It is "relative" without a magnetometer, and
-        "aligned" if the reference has its own north, such as a camera.
+        Default of ``heading`` in `errors`. It is "relative" without a magnetometer. It is "aligned"
+        for a reference with its own north, such as a camera.
     alarms : tuple of str
-        Contradictions in the recording, one sentence each.
+        Sentences on contradictions in the recording.
 
     Examples
     --------
@@ -144,10 +145,10 @@ class AttitudeEstimate(Oriented, OneArray, Result):
 
     @property
     def euler(self) -> Floats:
-        """Roll, pitch and yaw, rad, shape (n, 3): rotations about x, y and z; yaw comes first.
+        """Roll, pitch and yaw, rad, shape (n, 3): rotations about x, y and z, yaw applied first.
 
-        Yaw and roll are between -pi and pi, pitch is between -pi/2 and pi/2. In NED, yaw counts
-        from north over east. In ENU it counts from east over north.
+        Yaw and roll are between -pi and pi, pitch is between -pi/2 and pi/2. In NED, yaw is
+        positive from north to east. In ENU, yaw is positive from east to north.
         """
         return euler_angles(self.quaternion)
 
@@ -180,7 +181,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
         Raises
         ------
         ValueError
-            If there is no reference, or it has no sample in `where`.
+            If there is no reference, or the reference has no sample in `where`.
         """
         if self.reference is None:
             raise ValueError("there are no errors: the recording has no true orientation")
@@ -201,7 +202,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
         return heading_offset(self.quaternion, self.reference)
 
     def poses(self) -> Poses:
-        """Return the orientations as poses at the origin of the frame, to save for evo."""
+        """Return the orientations as poses with position zero, for export to evo."""
         return Poses(self.time, np.zeros((self.n, 3)), self.quaternion, self.source)
 
     def to_log(self) -> Log:
@@ -276,8 +277,8 @@ def attitude_of(
     ----------
     recording : Recording
         Recording with a gyro and an accelerometer of three axes and known units. A magnetometer is
-        optional and may have any unit. A reference with channels w, x, y, z is the true orientation
-        from sensor to earth. With a reference, the errors are computed.
+        optional and may have any unit. A reference is optional: channels w, x, y, z with the true
+        orientation from sensor to earth. It is needed for errors.
     frame : {"enu", "ned", "nwu"}
         Earth axes: "enu" is east, north, up; "ned" is north, east, down; "nwu" is north, west, up.
         North is magnetic north, or true north with `declination`. Default "enu". If the gyro's log
@@ -291,14 +292,14 @@ def attitude_of(
         True uses a magnetometer if the recording has it. Without a magnetometer the heading is
         relative to the start and drifts. Default True.
     declination : float
-        Angle from true north to magnetic north, rad, positive east, from a field model. With it,
-        the orientation is relative to true north. Default 0.
+        Angle from true north to magnetic north, rad, positive east, from a field model. If it is
+        given, the orientation is relative to true north. Default 0.
     gyro, accel : str
         Names of the sensors if there are several, such as ``"gyro_1"``. Default: the first gyro,
         and the accelerometer of the same device.
     reference : Poses, optional
-        True orientation on the gyro's clock, such as a camera's, in place of the recording's
-        reference. It may have its own north, so the headings are aligned.
+        True orientation, such as from a camera, with times on the gyro's clock. It replaces the
+        recording's reference. Its north is arbitrary, so the headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Earth axes of the reference. Default: `frame`.
     progress : callable, optional
@@ -315,7 +316,8 @@ def attitude_of(
     Raises
     ------
     LogError
-        If gyro or accelerometer are missing, do not have three axes, or have an unknown unit.
+        If the gyro or the accelerometer is missing, does not have three axes, or has an unknown
+        unit.
     ValueError
         If the method or the frame is unknown, or the method cannot run offline. Also if a
         declination is given without a magnetometer.

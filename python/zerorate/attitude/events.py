@@ -22,7 +22,9 @@ _MAX_LISTED: Final = 4
 
 
 class Event(IntFlag):
-    """Event of an attitude filter at a sample, as a bit of ``events``.
+    """Something that happened in the attitude filter at one sample.
+
+    Each kind of event is one bit of the number in ``events``.
 
     Examples
     --------

@@ -34,28 +34,28 @@ def calibrate(
     Parameters
     ----------
     recording : Recording, optional
-        Recording with a gyro and an accelerometer, each on its own clock; NaN marks missing
+        Recording with a gyro and an accelerometer. Their sample times may differ; NaN marks missing
         samples.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665. A wrong value makes the accelerometer's scale wrong
-        by the same factor, up to 0.3 %.
+        Local gravity, m/s^2. Default 9.80665. Its relative error becomes the relative error of the
+        accelerometer's scale. The error of the default is up to 0.3 %.
     accel, gyro : str, Log or array_like, shape (n, 3), optional
-        Names of logs in the recording, if it has several logs of a kind, or the samples themselves.
-        An array has no unit: the unit follows from gravity and the rotations. Corrected samples are
-        then in rad/s and m/s^2.
+        Names of the logs in the recording, if it has several gyros or accelerometers. Or the
+        samples themselves. An array has no unit: the unit follows from gravity and the rotations.
+        Corrected samples are then in rad/s and m/s^2.
     rate : float, optional
         Samples per second of arrays, Hz.
     rests : iterable of Rest or (start, stop), optional
         Intervals at rest, s. Default: found by `find_rests`.
     g_sensitivity : {"auto", True, False}
         True: subtract the g-sensitivity in rotations. "auto": subtract it if one of its elements
-        differs from zero by three standard errors. False: do not estimate it at all.
+        differs from zero by more than three standard errors. False: do not estimate it at all.
     frame : {"x", "z", "symmetric"}
         Axes of the body, as in `Calibration`.
     prior : {"datasheet", "wide"}
-        Standard deviations before the fit. "datasheet": 5 % for the scale, 30 mrad for the cross
-        terms and 100 mg for the accelerometer's bias. "wide": half of the scale for each parameter.
-        Default: "datasheet", but "wide" for a sensor of unknown unit.
+        Standard deviations of the parameters before the fit. "datasheet": 5 % for the scale, 30
+        mrad for the cross terms and 100 mg for the accelerometer's bias. "wide": half of the scale
+        for each parameter. Default: "datasheet", but "wide" for a sensor of unknown unit.
     saturation : float, optional
         End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if
         this value occurs ten times.
@@ -69,9 +69,9 @@ def calibrate(
     Raises
     ------
     CalibrationError
-        With fewer than 4 usable rests or 6 usable rotations.
+        If the record has fewer than 4 usable rests or fewer than 6 usable rotations.
     LogError
-        If a sensor is missing, does not have three axes, or its data contradict its stated unit.
+        If a sensor is missing or does not have three axes. If its data contradict its stated unit.
     ValueError, TypeError
         If an argument is not as described.
 
@@ -80,8 +80,9 @@ def calibrate(
     The method follows Tedaldi, Pretto and Menegatti ("A robust and easy to implement method for IMU
     calibration without external equipments", ICRA 2014, section IV). One least-squares fit uses
     both sensors at all rests and rotations, and gives one covariance. Residuals are divided by
-    their standard errors. A prior keeps the scale from zero. A parameter is not identifiable if its
-    standard error exceeds 0.3 of the data sheet's; it then keeps its prior value.
+    their standard errors. The prior prevents a scale of zero. A parameter is not identifiable if
+    its standard error exceeds 0.3 of its "datasheet" prior; the parameter then keeps its prior
+    value.
 
     Recommended record: six seconds in each of 20 poses in all directions, with rotations of 60 to
     170 degrees about many axes between them. It determines all parameters. The bias of the

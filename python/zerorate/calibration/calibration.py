@@ -58,7 +58,7 @@ class SensorCalibration:
     Parameters
     ----------
     matrix
-        Response of the sensor to its input, output unit to raw unit.
+        Response of the sensor to its input, from the corrected unit to the raw unit, shape (3, 3).
     scale
         Diagonal of the matrix: with 1.02 the raw samples are 2 % too large.
     misalignment
@@ -96,8 +96,8 @@ class SensorCalibration:
 class Calibration(Result):
     """Calibration of an accelerometer and a gyroscope.
 
-    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``; the gyro's term takes
-    f in g. ``accel`` and ``gyro`` hold the parameters of each sensor, each with its standard error.
+    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``; the term G f takes f
+    in g. ``accel`` and ``gyro`` hold the parameters of each sensor, each with its standard error.
 
     Parameters
     ----------
@@ -113,17 +113,17 @@ class Calibration(Result):
     gravity
         Local gravity, m/s^2.
     frame
-        Axes that the body shares with the accelerometer. "x": x, and y in the x-y plane, with A
-        lower triangular. "z": z, and y in the y-z plane. "symmetric": A is symmetric.
+        Axes that the body shares with the accelerometer. "x": the x axis and the x-y plane, so that
+        A is lower triangular. "z": the z axis and the y-z plane. "symmetric": none, A is symmetric.
     rests, turns
         All rests and rotations that were found.
     norm_error, norm_error_raw
-        RMS of ``|f| / g - 1`` at rests, after and before calibration. If `held_out`, the first is
-        from rests excluded from the fit.
+        RMS of ``|f| / g - 1`` at rests: ``norm_error`` after calibration, ``norm_error_raw`` before
+        it. If `held_out`, ``norm_error`` is from rests excluded from the fit.
     carry_error, carry_error_raw
-        RMS angle between gravity propagated through a rotation and gravity measured after it, rad,
-        after and before calibration. If `held_out`, the first is from rotations excluded from the
-        fit.
+        RMS angle, rad, between gravity propagated through a rotation and gravity measured after it:
+        ``carry_error`` after calibration, ``carry_error_raw`` before it. If `held_out`,
+        ``carry_error`` is from rotations excluded from the fit.
     held_out
         True if these errors come from rests and rotations excluded from the fit. False if three
         quarters of the rests are too few for a fit.
@@ -143,7 +143,7 @@ class Calibration(Result):
         Bias of the gyro by temperature, in its raw unit; None by default. `with_temperature` adds a
         model.
     alarms
-        Contradictions in the recording, from `zerorate.calibrate`.
+        Contradictions that `zerorate.calibrate` found in the recording.
     recording
         Recording for the figure, or None. Files do not contain it.
 
@@ -201,7 +201,7 @@ class Calibration(Result):
     @classmethod
     @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Read a calibration that `to_json` wrote, equal to the last bit."""
+        """Return the calibration that `to_json` wrote, without loss of digits."""
         return from_json(source, cls)
 
     @property
@@ -210,14 +210,14 @@ class Calibration(Result):
         return self.origin.source or "the recording"
 
     def to_frame(self, frame: Frame) -> Calibration:
-        """Return the same calibration in other axes of the body, with its errors.
+        """Return the same calibration for other axes of the body, with its covariance.
 
         Parameters
         ----------
         frame : {"x", "z", "symmetric"}
-            Axes that the body shares with the accelerometer. "x" as in Kalibr: x, and y in the x-y
-            plane. "z" as in imu_tk: z, and y in the y-z plane. "symmetric": as close as possible to
-            all three axes, with a symmetric matrix.
+            Axes that the body shares with the accelerometer. "x", as in Kalibr: the x axis and the
+            x-y plane. "z", as in imu_tk: the z axis and the y-z plane. "symmetric": as close as
+            possible to all three axes, with a symmetric matrix.
 
         Returns
         -------
@@ -227,7 +227,7 @@ class Calibration(Result):
         Raises
         ------
         ValueError
-            If there is no such frame, or the accelerometer's axes are left-handed.
+            If the frame is unknown, or the accelerometer's axes are left-handed.
         """
         return convert_frame(self, frame)
 
@@ -265,8 +265,8 @@ class Calibration(Result):
         panels : {"usual", "all"}
             "usual": the usual panels. "all": also the raw log of the gyro.
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the panels: first the length of gravity at rest before and after, then the
-            following panels. The recording is not drawn.
+            Axes for the panels, in the order of the figure. The first panel shows the length of
+            gravity at rest before and after calibration. The recording is not drawn.
 
         Raises
         ------
@@ -297,8 +297,8 @@ class Calibration(Result):
     def gyro_to_accel(self) -> Vector:
         """Rotation vector of C in v_accel = C v_gyro, rad, between the sensors.
 
-        The axes of a sensor are the axes in which its matrix is lower triangular: its own x axis,
-        and y in its x-y plane. They are the same in every frame.
+        The axes of each sensor are here its own x axis and a y axis in its x-y plane. In these axes
+        the matrix of the sensor is lower triangular. The result is the same in every frame.
         """
         return gyro_to_accel(self)
 
@@ -314,12 +314,12 @@ class Calibration(Result):
 
     @property
     def accel(self) -> SensorCalibration:
-        """The accelerometer."""
+        """Error model of the accelerometer."""
         return self._sensor(ACCEL_MATRIX, ACCEL_BIAS, None, self.accel_units)
 
     @property
     def gyro(self) -> SensorCalibration:
-        """The gyroscope."""
+        """Error model of the gyroscope."""
         return self._sensor(GYRO_MATRIX, GYRO_BIAS, G_SENSITIVITY, self.gyro_units)
 
     def _sensor(

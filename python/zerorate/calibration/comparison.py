@@ -38,11 +38,11 @@ class MovedParameter:
     first, second : Coefficient
         Values in the first and the second calibration, raw unit.
     difference : Coefficient
-        Second value minus first value, with the error of both.
+        Second value minus first value, with the standard error of this difference.
     z : float
         Difference divided by its standard error; NaN if the parameter is not compared.
     moved : bool
-        True if the size of z exceeds 3.
+        True if the absolute value of z exceeds 3.
     reason : str
         Reason why the parameter is not compared, or a sentence on its change.
 
@@ -111,7 +111,7 @@ class CalibrationComparison(Result):
 def compare_calibrations(first: Calibration, second: Calibration) -> CalibrationComparison:
     """Compare two calibrations of one IMU, parameter by parameter.
 
-    Use it after a shock, a year, or on another day, to find significant changes.
+    Use it to find significant changes, for example after a shock or after a year.
 
     Parameters
     ----------
@@ -121,7 +121,8 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     Returns
     -------
     CalibrationComparison
-        z of each parameter, the changed parameters, and the probability that none has changed.
+        z of each parameter, the changed parameters, and the probability of these differences if no
+        parameter has changed.
 
     Raises
     ------
@@ -130,12 +131,12 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
 
     Notes
     -----
-    z is the difference divided by the root of the sum of both variances. It is computed for
+    z is the difference divided by the root of the sum of both variances. z is computed for
     parameters that both records determine. Standard errors are valid within a session. From one
     session to the next, the bias of a consumer accelerometer changes by about 1 mg. The bias of a
     gyro changes with temperature and at each power-on.
 
-    With 30 unchanged parameters, one comparison in twelve has a z above 3 by chance.
+    If none of 30 parameters has changed, one comparison in twelve still has an absolute z above 3.
 
     Examples
     --------

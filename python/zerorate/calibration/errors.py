@@ -26,5 +26,5 @@ class CalibrationError(LogError):
         self.calibration = calibration
 
     def around(self, before: str = "", after: str = "") -> CalibrationError:
-        """Return the error with more text, such as the log's name in front of it."""
+        """Return the error with text before and after its message, such as the name of the log."""
         return CalibrationError(make_sentence(before, sentence_of(self), after), self.calibration)

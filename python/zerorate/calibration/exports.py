@@ -39,8 +39,8 @@ _writes = partial(
     document_export,
     faults="""\
 ValueError
-    If the calibration is not valid, without `doubtful`; if the unit of the raw samples is not
-    known, or a sensor's axes are left-handed.""",
+    If the calibration is not valid and `doubtful` is False. If the unit of the raw samples is
+    unknown. If a sensor's axes are left-handed.""",
     options="""\
 doubtful : bool
     Write a calibration that is not valid, with a warning in the file; default False.""",
@@ -62,8 +62,8 @@ def to_kalibr(
     str
         The model "scale-misalignment": ``accelerometers.M``, ``gyroscopes.M``, ``gyroscopes.A`` and
         ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. The format has no biases: comments
-        give them, with the formulas in both directions. `NoiseModel.to_kalibr` writes the noise.
-        The pose ``T_i_b`` is not part of a calibration.
+        state the biases, with the formulas from raw to true samples and back.
+        `NoiseModel.to_kalibr` writes the noise. The pose ``T_i_b`` is not part of a calibration.
 
     Notes
     -----

@@ -49,9 +49,10 @@ def to_json(
     Returns
     -------
     str
-        Every parameter with value, standard error and a flag if the record determines it; their
-        covariance, rests, rotations, errors, problems and advice. Numbers are exact to the last
-        bit, null if unknown. ``model`` says in words how to apply the parameters.
+        Text with value and standard error of each parameter, and a flag that is true if the record
+        determines it. The text also has covariance, rests, rotations, errors, problems and advice.
+        No digit is lost, and unknown numbers are null. ``model`` says in words how to apply the
+        parameters.
     """
     model = calibration.temperature_model
     content = {

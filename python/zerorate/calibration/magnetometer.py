@@ -49,8 +49,8 @@ class IronGroup:
     hard_iron
         Estimated hard iron, unit of the samples; zero along unknown directions.
     scatter_raw, scatter_unseen
-        RMS of an axis about a constant field, in blocks excluded from the fit: of raw samples, and
-        with the hard iron removed.
+        RMS distance of an axis from a constant field, in blocks excluded from the fit.
+        ``scatter_raw`` is for raw samples, ``scatter_unseen`` for samples minus the hard iron.
     applied
         True if the hard iron is subtracted.
 
@@ -80,23 +80,23 @@ class MagnetometerCalibration(Result):
     soft_iron
         Soft iron matrix with a trace of 3; the unit matrix if it is not applied.
     rotation
-        Rotation of the magnetometer relative to the gyro, rad, from a fit of all parameters. It is
-        never applied.
+        Rotation vector of the magnetometer relative to the gyro, rad, from a fit of all parameters.
+        This rotation is never applied.
     field, dip
         Magnitude of the field, unit of the samples, and its angle below the horizontal, rad.
     model
         Name of the applied corrections.
     spans
-        Spans in seconds on the clock of the gyro, with kinds and groups (see `Span`).
+        Spans of constant hard iron, as times of the gyro in s, with kinds and groups (see `Span`).
     groups
-        Hard irons of the groups.
+        Hard irons of the record; `Span.group` is an index of this tuple.
     covariance
         Covariance of the elements of the soft iron and of hard iron / `norm`, shape (11, 11).
     elements
-        Soft iron minus 1, in the basis of eight orthonormal matrices, shape (8,): two of scale,
-        three symmetric, three antisymmetric.
+        Soft iron minus the unit matrix, as coefficients of eight orthonormal matrices, shape (8,).
+        Two matrices change the scale, three are symmetric, three antisymmetric.
     norm
-        Median magnitude of the samples.
+        Median magnitude of the samples, in their unit.
     unit
         Unit of the samples.
     problems, advice, notes
@@ -107,7 +107,7 @@ class MagnetometerCalibration(Result):
         RMS residual of the field over each second, unit of the samples. NaN for a second without
         samples; empty without a gyro.
     alarms
-        Contradictions in the recording, from `zerorate.calibrate_magnetometer`. Files do not
+        Contradictions that `zerorate.calibrate_magnetometer` found in the recording. Files do not
         contain them.
 
     Examples
@@ -157,7 +157,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def iron_changes(self) -> tuple[tuple[float, float], ...]:
-        """Time (clock of `spans`) and size (in `unit`) of each change of the hard iron."""
+        """Time in s, as in `spans`, and size, in `unit`, of each change of the hard iron."""
         irons = [group.hard_iron for group in self.groups]
         return tuple(list_iron_changes(self.spans, irons))
 
@@ -172,15 +172,15 @@ class MagnetometerCalibration(Result):
             Recording, or samples in the calibration's `unit`. They are returned unchanged if
             nothing is applied.
         time : array_like, shape (n,), optional
-            Times of the samples, s, on the clock of this calibration's recording. Each sample is
-            then corrected by the hard iron of its span. Without times, or for another recording,
-            the hard iron of the longest group is used.
+            Times of the samples in this calibration's recording, s. Each sample is then corrected
+            by the hard iron of its span. Without times, or for another recording, the hard iron of
+            the longest group is used.
 
         Raises
         ------
         ValueError
-            If samples have another shape, the recording has no magnetometer in this unit, or the
-            correction makes the field more uneven: then the calibration is of another device.
+            If samples have another shape. If the recording has no magnetometer in this unit. If the
+            field shows that the calibration is of another device.
         """
         if isinstance(samples, Recording):
             return self._apply_to_recording(samples)
@@ -308,7 +308,7 @@ class MagnetometerCalibration(Result):
     to_ardupilot = to_ardupilot
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the calibration as exact JSON, and write it if a path is given."""
+        """Return the calibration as JSON without loss of digits, and write it to a given path."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -322,7 +322,7 @@ class MagnetometerCalibration(Result):
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Read a calibration that `to_json` wrote, equal to the last bit."""
+        """Return the calibration that `to_json` wrote, without loss of digits."""
         return restore(source, "magnetometer calibration", cls._from_content)
 
     @classmethod

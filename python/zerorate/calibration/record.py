@@ -36,7 +36,7 @@ class Rest:
     Parameters
     ----------
     start, stop
-        Start and stop, s, on the clock of the gyro.
+        Start and stop, s, as times of the gyro.
     first, last
         Indices of the samples: from ``first`` up to, but not including, ``last``.
     accel, gyro
@@ -82,8 +82,8 @@ class Turn:
     Parameters
     ----------
     start, stop
-        Start and stop, s, on the clock of the gyro. Start is inside the rest before the motion,
-        stop inside the rest after it.
+        Start and stop, s, as times of the gyro. Start is inside the rest before the motion, stop
+        inside the rest after it.
     first, last
         Indices of the samples: from ``first`` up to, but not including, ``last``.
     rests

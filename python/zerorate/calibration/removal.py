@@ -97,14 +97,14 @@ def with_temperature(
     ----------
     model : TemperatureModel, Recording or None
         Model of three axes, in a unit of angular rate. Its prediction replaces ``gyro.bias`` if the
-        temperature is known. A recording with a gyro, an accelerometer and a temperature: the model
-        is fitted to the calibration's rests, after correction of g-sensitivity. None removes the
-        model.
+        temperature is known. If `model` is the calibrated recording, with a gyro, an accelerometer
+        and a temperature, a model is fitted to the calibration's rests after correction of
+        g-sensitivity. None removes the model.
 
     Raises
     ------
     ValueError
-        If the model does not have three axes, or its unit does not fit.
+        If the model does not have three axes, or its unit does not fit the raw gyro.
     LogError
         If the recording lacks a gyro or a temperature.
     """
@@ -159,21 +159,21 @@ def corrector(
     Parameters
     ----------
     inputs : {3, 6, 7}
-        Numbers per sample. 3: gyro. 6 (default): gyro and accelerometer. 7: gyro, accelerometer and
-        temperature in degC. Sensors are raw, in the units of the calibration.
+        Number of values per sample. 3: gyro. 6 (default): gyro and accelerometer. 7: gyro,
+        accelerometer and temperature in degC. Sensors are raw, in the units of the calibration.
     channels : int, optional
         Number of sensors with the same correction. Default: one.
 
     Returns
     -------
     ImuCorrector
-        Stream that returns the corrected gyro, or gyro and accelerometer. It has the `update`,
-        `process`, checkpoints and copies of all streams.
+        Stream that returns the corrected gyro, or gyro and accelerometer. Like all streams it has
+        `update`, `process`, checkpoints and copies.
 
     Raises
     ------
     ValueError
-        If `inputs` is another number.
+        If `inputs` is not 3, 6 or 7.
     """
     gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
     if inputs == 3:
@@ -224,7 +224,7 @@ def apply(
     ----------
     samples : Recording, Log or array_like
         - Recording: its gyro and accelerometer are corrected, everything else stays. If their
-          clocks differ, the force is interpolated at the gyro's times for the g-sensitivity.
+          sample times differ, the force is interpolated at the gyro's times for the g-sensitivity.
         - Log: three channels of a gyro or of an accelerometer.
         - Array, in the units of the calibration: shape (n, 3) or (3,) for the gyro, (n, 6) or (6,)
           for gyro and accelerometer. Shape (n, 7) or (7,) has the temperature, degC, as the last
@@ -245,7 +245,7 @@ def apply(
     LogError
         If no sensor has three axes.
     ValueError
-        If a unit does not match the calibration's unit, or an array has another shape.
+        If a unit does not match the calibration's unit, or an array has a wrong shape.
     TypeError
         If `samples` is a data frame, because its columns may be in another order.
     """

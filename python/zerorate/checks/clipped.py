@@ -39,8 +39,9 @@ class ClippedAxis:
     share : float
         Restored samples as a share of all samples.
     certain : bool
-        True if half of the samples at the range are equal to the last bit, which only a range
-        explains. After a calibration that mixes axes it is False even if an axis was clipped.
+        True if at least half of the samples at the range have exactly the same value. Only a
+        limited range explains this. False after a calibration that mixes axes, even if an axis was
+        clipped.
 
     Examples
     --------
@@ -80,7 +81,7 @@ class RestoredGyro:
     restored : ndarray of bool, shape (n,)
         Mask of changed samples.
     variance : ndarray, shape (n,)
-        Error of a restored rate as a white-noise density, rad^2/s; 0 elsewhere.
+        Error of a restored rate, as the density of a white noise, rad^2/s; 0 for unchanged rates.
     clipped : tuple of ClippedAxis
         Clipped axes and signs; empty if the gyro was never clipped.
 
@@ -103,14 +104,15 @@ class RestoredGyro:
 def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
     """Restore rates that a gyro clipped at its range, from the flanks of each peak.
 
-    The range need not be known. One direction of an axis counts as clipped under three conditions:
+    The range need not be known. The positive or negative side of an axis counts as clipped if all
+    three conditions are met:
 
     - The rate stays within 4 % of its largest value for a tenth of a second.
     - The band just below has at most twice as many samples.
     - Cubics through the flanks exceed the plateaus by 1.5 % of the largest value on average.
 
-    Round peaks and true plateaus agree with their flanks and stay unchanged, to the last bit. A
-    gyro that stays below 100 deg/s is unchanged, too.
+    Round peaks and true plateaus agree with their flanks, and stay unchanged. A gyro that stays
+    below 100 deg/s also stays unchanged.
 
     Parameters
     ----------
@@ -131,9 +133,9 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
 
     Notes
     -----
-    A restored rate is at most twice the range. If a gyro is clipped for longer than about a tenth
-    of a second, no cubic predicts the peak, and `variance` is large. A constant rate for half a
-    second comes from a rate table or a wheel and stays unchanged.
+    A restored rate is at most twice the range. If a gyro is clipped for more than about a tenth of
+    a second, no cubic predicts the peak. `variance` is then large. A rate that is constant for half
+    a second comes from a rate table or a wheel, and stays unchanged.
 
     Examples
     --------
@@ -175,12 +177,13 @@ def restore_recording(
     gyro : str
         Name of the gyro's log.
     certain : bool, default True
-        Restore only if each clipped axis is `ClippedAxis.certain`.
+        Restore only if `ClippedAxis.certain` is True for all clipped axes.
 
     Returns
     -------
     tuple
-        Recording, unchanged if nothing was restored, and a `ClippedAxis` for each clipped side.
+        The recording, and a tuple with one `ClippedAxis` for each clipped axis and sign. The
+        recording is unchanged if nothing was restored.
 
     Examples
     --------

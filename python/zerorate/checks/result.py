@@ -40,22 +40,23 @@ class Finding:
     unit : str
         Unit of the values: the log's unit, or the correct unit if the log's is wrong.
     factor : float
-        Factor from the values to this unit.
+        Factor that converts the values to `unit`.
     matrix : ndarray, shape (3, 3), or None
         Correct axes as a signed permutation, ``matrix @ sample``. None if more than one permutation
         remains.
     likely : str
-        Fitting permutation with the fewest mistakes, in the form that users type: ``"x,-y,z"``.
-        Empty if none is named.
+        Among the permutations that fit, the one with the fewest exchanged or inverted axes, as
+        users type it: ``"x,-y,z"``. Empty if no permutation is named.
     alternatives : tuple of str
         All remaining permutations; empty if all 48 remain.
     seen : tuple of (str or None)
-        Common rows of all remaining permutations, one for each axis: ``"-y"``, or ``"±y"`` without
-        the sign, or None.
+        Row in which all remaining permutations agree, for each axis: ``"-y"``. ``"±y"`` if only the
+        signs differ, None if the permutations disagree.
     spans : tuple of (float, float)
         Start and end of the time spans with evidence, s.
     ratio : float
-        Misfit of the unchanged log over the misfit of the named axes; 1 if none are named.
+        Misfit of the unchanged log divided by the misfit with the named axes; 1 if no axes are
+        named.
 
     Examples
     --------
@@ -81,7 +82,7 @@ class Finding:
 
     @property
     def alarm(self) -> bool:
-        """True if the sensor certainly contradicts its log."""
+        """True if the log's unit or axes are certainly wrong."""
         return self.status in _ALARM_STATUSES
 
     @property
@@ -109,28 +110,28 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Checks(Result):
-    """Result of `zerorate.check`: findings on the sensors of a recording, by motion.
+    """Result of `zerorate.check`: findings on the sensors of a recording, from its motion.
 
     Parameters
     ----------
     gyro, magnetometer : Finding
-        Findings: the gyro compared with the accelerometer, and the magnetometer compared with the
-        gyro.
+        Findings on the gyro, from the accelerometer, and on the magnetometer, from the gyro.
     scale : tuple of Coefficient
-        Scale of x, y and z of the gyro: 1.01 if it reads 1 % too little. Not identifiable if its
-        error exceeds 3 %, or the gyro does not fit.
+        Scale factors of the gyro's axes x, y, z: 1.01 if the gyro reads 1 % too little. A factor is
+        not identifiable if its standard error exceeds 3 %, or if the unit or axes do not fit.
     delay : Coefficient
-        Delay of the gyro behind the accelerometer, s. Not identifiable if its error exceeds 15 ms.
+        Delay of the gyro behind the accelerometer, s. Not identifiable if its standard error
+        exceeds 15 ms.
     dip : float or None
-        Angle of the magnetic field below the horizontal, rad; None without a magnetometer. A
-        negative dip occurs south of the magnetic equator, or with a wrong sign: motion cannot
-        decide.
+        Angle of the magnetic field below the horizontal, rad; None without a magnetometer. Negative
+        south of the magnetic equator, or if the magnetometer has the wrong sign. Motion cannot
+        distinguish these two cases.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on values with the size of another unit.
+        Sentences on values that are too large or too small for their unit.
     clock : str
-        Sentence if the stamps contradict the stated rate; empty if they agree to 0.1 %.
+        Sentence on stamps that contradict the stated rate; empty if they agree to 0.1 %.
 
     Examples
     --------
@@ -167,7 +168,7 @@ class Checks(Result):
         return replace(recording, logs={**recording, name: self.gyro.apply(recording[name])})
 
     def to_json(self) -> str:
-        """Return all results as JSON, null for unknown numbers."""
+        """Return all results as JSON, with null for unknown numbers."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,

@@ -46,8 +46,13 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0 for success, 1 for a fault of the data, 2 of usage, 70 of zerorate. 128 plus the signal's
-        number for a command ended by a signal, as in a shell. An error is one line on stderr.
+        Exit code. An error is also printed as one line on stderr.
+
+        - 0: success
+        - 1: error in the data
+        - 2: wrong usage
+        - 70: error in zerorate
+        - 128 + n: signal n ended the command
     """
     from zerorate.cli.app import invoke
     from zerorate.tasks.interrupts import TerminationHandler

@@ -31,8 +31,9 @@ class Denoised(OneArray, Result):
     threshold : float or ndarray, shape (k,)
         Threshold of the details, sigma sqrt(2 ln n).
     wavelet, mode : str
+        Wavelet and kind of threshold of the call.
     approximation : bool
-        The arguments of the call.
+        True if the approximation was also thresholded.
 
     Examples
     --------
@@ -67,9 +68,9 @@ def denoise(
 
     A filter bank splits the record into octaves, the finest first. White noise is equally strong in
     all octaves. Slow motion appears only in the coarse octaves. Noise alone hardly reaches the
-    threshold sigma sqrt(2 ln n). Smaller details become zero (VisuShrink), and the signal is
-    reconstructed. There is no delay, because later samples are used. `WaveletDenoiser` denoises a
-    stream of samples.
+    threshold sigma sqrt(2 ln n). Details below the threshold become zero (VisuShrink), and the
+    signal is reconstructed. There is no delay, because later samples are used. `WaveletDenoiser`
+    denoises a stream of samples.
 
     Parameters
     ----------
@@ -78,12 +79,12 @@ def denoise(
     wavelet : {"haar", "db2", "db4", "db8"}, default "db4"
         Daubechies' wavelet of 2, 4, 8 or 16 taps. Longer wavelets keep only smoother motion.
     level : int or {"auto", "psr", "psr-normalised"}, default "auto"
-        Number of octaves to threshold; each halves the variance of white noise.
+        Number of octaves to threshold; each octave halves the variance of white noise.
 
         - "auto": the last level with details that match the noise of the first level, in median and
           root mean square. It stops where motion or coloured noise begins.
         - "psr": the last level before the largest detail exceeds `rho` times the sum of all details
-          (Wu and Ran). It depends more on the length of the record than on its content.
+          (Wu and Ran). This level depends more on the length of the record than on its content.
         - "psr-normalised": the same rule, with the ratio divided by the ratio of white noise.
     mode : {"soft", "hard"}, default "soft"
         "soft" subtracts the threshold from details above it: the result is smooth. "hard" keeps
@@ -102,13 +103,14 @@ def denoise(
     Raises
     ------
     ValueError
-        If a sample is missing, the record is too short, or an argument is not as described.
+        If a sample is missing or the record is too short. If an argument is not as described.
 
     Notes
     -----
     D. L. Donoho, I. M. Johnstone, Biometrika 81(3), 1994; J. Wu, C. Ran, Instrument Technique and
     Sensor 2021(2), equation 10. Borders are half-point symmetric. A record with zero noise is
-    returned unchanged: a constant, or a record in which most samples repeat the last value.
+    returned unchanged: a constant record, or a record in which most samples repeat the previous
+    sample.
 
     Examples
     --------

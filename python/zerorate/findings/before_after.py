@@ -34,7 +34,7 @@ _EXCLUDED_SECTIONS: Final = (CONTENTS, ENTER, RECORD)
 
 @dataclass(frozen=True)
 class Change:
-    """Findings of one kind on one sensor in two logs; one log may lack it.
+    """A finding of one kind on one sensor, in two logs; one log may lack the finding.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Change:
 
     @property
     def difference(self) -> tuple[float, float] | None:
-        """After minus before, and its standard error; None if either is unknown."""
+        """Difference after minus before, and its standard error; None if one of them is unknown."""
         before, after = self.before, self.after
         if before is None or after is None or before.unit != after.unit:
             return None
@@ -74,7 +74,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """Verdict on the change: by severity, then by a change above three standard errors."""
+        """Verdict on the change: from the severities; if they are equal, from the numbers."""
         before, after = self.before, self.after
         if before is None:
             return "only after" if self.finding.severity == "good" else "new"
@@ -118,7 +118,7 @@ class BeforeAfter(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Findings to act on in either log, one sentence each."""
+        """Findings in either log that require action, one sentence each."""
         return tuple(dict.fromkeys((*self.before.alarms, *self.after.alarms)))
 
     @property
@@ -127,12 +127,12 @@ class BeforeAfter(Result):
         return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
 
     def findings_from(self, level: str) -> tuple[Finding, ...]:
-        """Return the later log's findings of at least this severity, the worst first."""
+        """Return the later log's findings of at least this severity, most severe first."""
         return self.after.findings_from(level)
 
     @cached_property
     def changes(self) -> tuple[Change, ...]:
-        """Findings in either log, new or worse ones first."""
+        """Findings in either log; new and worse findings are first."""
         ordered = sorted(_pair_findings(self.before, self.after), key=_sort_key)
         return tuple(ordered)
 
@@ -149,7 +149,7 @@ class BeforeAfter(Result):
         return f"{', '.join(counts_text)}." if counts_text else "Nothing to compare."
 
     def to_json(self) -> str:
-        """Return all changes as JSON, null if a log lacks the finding."""
+        """Return all changes as JSON, with null if a log lacks the finding."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -171,8 +171,8 @@ class BeforeAfter(Result):
 def before_after(before: Report, after: Report) -> BeforeAfter:
     """Compare two reports, for example before and after a change of a device.
 
-    Findings of one kind on one sensor are compared. Two numbers differ if both have a standard
-    error and their difference exceeds three standard errors.
+    Findings of one kind on one sensor are compared. Two numbers with standard errors differ if the
+    difference exceeds three times its own standard error.
 
     Raises
     ------

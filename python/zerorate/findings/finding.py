@@ -28,19 +28,19 @@ class Finding:
     text : str
         The observation in one sentence, without its cause.
     value : float, optional
-        Number that the severity depends on; never NaN.
+        Number that determines the severity; never NaN.
     unit : str
         Unit of the number.
     sigma : float, optional
         Standard error of the number; None if unknown.
     spans : tuple of (float, float)
-        Time spans of the finding's data, s since the log began.
+        Time spans of the finding's data, s after the start of the log.
     figure : str
         Anchor of the figure that shows the finding; empty if there is none.
     advice : str
         Advice on what to do or record next; empty if there is none.
     code : str
-        Lines for a file of another program; empty if there are none.
+        Lines for a settings file of another program; empty if there are none.
 
     Examples
     --------

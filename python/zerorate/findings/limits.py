@@ -21,8 +21,8 @@ class Limit:
     unit : str
         Unit of both bounds.
     look, act : float
-        Bounds above which a finding is worth a look, and above which it requires action. Infinity:
-        never.
+        A finding is worth a look from the value `look` on, and requires action from `act` on.
+        Infinity: never.
     source : str
         Source of the limit; ``"own: "`` and the reason for a limit of this package.
 
@@ -41,7 +41,7 @@ class Limit:
     source: str
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
-        """Return the severity of a value; for "act" it exceeds the bound by two standard errors."""
+        """Return the severity of a value: "act" only from two standard errors above `act`."""
         if value - 2.0 * sigma >= self.act:
             return "act"
         return "look" if value >= self.look else "good"

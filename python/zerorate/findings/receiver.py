@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from zerorate.checks.held import drop_held_fixes
+from zerorate.findings.aids import aid_findings
 from zerorate.findings.finding import Finding, as_sentence
 from zerorate.findings.imus import Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.navigation.begin import Beginning, Vehicle, find_beginning
+from zerorate.navigation.begin import Vehicle, find_beginning
 from zerorate.navigation.selfcheck import NavigationChecks, NavigationFinding
+from zerorate.navigation.track import Track
 from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
@@ -72,7 +74,8 @@ def receiver_findings(
         mistakes = vehicle.mistakes(checks)
         yield from _describe_mistakes(checks, mistakes, gyro)
         if all(candidate.what == "clock" for candidate in mistakes):
-            yield from _check_navigation(sensors, fixes, checks, gyro)
+            track = yield from _check_navigation(sensors, fixes, checks, gyro)
+            yield from aid_findings(recording, fixes, track, SECTION, gyro)
     except LogError:
         text = "Fixes and sensors give no track: clock and errors of the fixes are unknown."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
@@ -106,14 +109,18 @@ def _describe_mistakes(
 
 def _check_navigation(
     sensors: Recording, fixes: Fixes, checks: NavigationChecks, gyro: Sensor
-) -> Iterator[Finding]:
-    """Yield findings on clock and innovations from a navigated part without contradictions."""
+) -> Generator[Finding, None, Track]:
+    """Yield findings on clock and innovations of a part that is navigated; return its track."""
     coarse_offset = checks.lag if abs(checks.lag) > _COARSE_OFFSET_S else 0.0
     sensors, fixes = _select_navigable_part(sensors, fixes, coarse_offset)
     start = find_beginning(sensors, fixes, noise="stated", checks=checks)
     if fixes.velocity is not None:
         yield from _describe_clock(start.clock, gyro, known=bool(checks.mistakes))
-    yield from _check_innovations(start, fixes, gyro)
+    nav = start.filter(adapt="fixed")
+    offset = start.time_offset
+    track = nav.process(start.recording, fixes, time_offset=offset, keep="track")
+    yield from _check_innovations(track, fixes, gyro)
+    return track
 
 
 def _select_navigable_part(
@@ -179,11 +186,8 @@ def _early_or_late(seconds: float) -> str:
     return "late" if seconds < 0.0 else "early"
 
 
-def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
+def _check_innovations(track: Track, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
     """Yield the ratio of innovations to the receiver's standard deviations."""
-    nav = start.filter(adapt="fixed")
-    offset = start.time_offset
-    track = nav.process(start.recording, fixes, time_offset=offset, keep="track")
     stated_sigmas = (fixes.position_sigma, fixes.velocity_sigma)
     for what, values, sigma in zip(
         ("positions", "velocities"), track.nis().T, stated_sigmas, strict=True

@@ -137,7 +137,7 @@ class Report(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Findings to act on, one sentence each."""
+        """Findings that require action, one sentence each."""
         return tuple(finding.text for finding in self.findings if finding.severity == "act")
 
     @property
@@ -150,7 +150,7 @@ class Report(Result):
         return sum(finding.severity == severity for finding in self.findings)
 
     def findings_from(self, level: str) -> tuple[Finding, ...]:
-        """Return the findings of at least this severity, the worst first.
+        """Return the findings of at least this severity, most severe first.
 
         `level` is ``"act"``, ``"look"``, or ``"none"`` for no finding.
         """
@@ -160,7 +160,7 @@ class Report(Result):
 
     @property
     def urgent_findings(self) -> tuple[Finding, ...]:
-        """Findings to act on, then findings to look at."""
+        """Findings that require action, then findings worth a look."""
         not_good = (one for one in self.findings if one.severity != "good")
         return tuple(sorted(not_good, key=lambda one: RANKS[one.severity]))
 
@@ -181,7 +181,7 @@ class Report(Result):
         return f"{act} to act on, {look} to look at; {len(good)} within their limits."
 
     def to_json(self) -> str:
-        """Return all findings as JSON, null for unknown numbers."""
+        """Return all findings as JSON, with null for unknown numbers."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -222,7 +222,7 @@ def findings_of(
     fixes : Fixes, optional
         Fixes of a receiver on the same body. Default: the fixes in the recording, if any.
     remarks : sequence of Remark
-        Contradictions found in the preparation of the recording.
+        Contradictions that the preparation of the recording found.
     progress : callable, optional
         Called with the name of the section and the fraction done.
 

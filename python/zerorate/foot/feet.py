@@ -85,7 +85,8 @@ class Feet(Result):
     distance : float
         Bound on the distance between the feet, m.
     bound_count : int
-        Number of times at which the feet were farther apart and the tracks were corrected.
+        Number of times at which the feet were farther apart than `distance`. The tracks were
+        corrected there.
 
     Examples
     --------
@@ -111,7 +112,7 @@ class Feet(Result):
         )
 
     def asymmetry(self) -> dict[str, Asymmetry]:
-        """Return the asymmetry of the strides between the feet, by the names of `Strides`.
+        """Return the `Asymmetry` of each quantity of `Strides`, by its name.
 
         A quantity is left out if a foot has fewer than two strides with it. Definition: R. O.
         Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics* 10(4),
@@ -146,10 +147,10 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     Parameters
     ----------
     left, right : FootTrack
-        Tracks on one clock. Smoothed tracks are better. The sensors may be mounted in any
-        direction: the first 20 m align the right track with the left track.
+        Tracks on one clock, best smoothed. The sensors may be mounted in any direction: the first
+        20 m align the right track with the left track.
     distance : float, default 1.2
-        Largest distance between the feet, m. 1.2 suits walking; running needs more.
+        Largest distance between the feet, m. 1.2 m suits walking. Running needs a larger value.
 
     Returns
     -------
@@ -160,13 +161,12 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     Raises
     ------
     ValueError
-        If the tracks have less than 5 s in common, or fewer than four stances each. Also if the
+        If the tracks have less than 5 s in common, or a track has fewer than four stances. If the
         distance is not positive.
 
     Notes
     -----
-    Standard deviations of the position are relative to the left foot's start. A bound does not make
-    a walk straight. The headings gain only from averaging two sensors.
+    Standard deviations of the position are relative to the left foot's start.
 
     I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
 

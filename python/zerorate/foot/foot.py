@@ -87,15 +87,15 @@ class Origin(NamedTuple):
 class FootTrack(Oriented, SmoothableTrack, Result):
     """Track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
 
-    The frame is fixed at the start. Its unit is m: x is the horizontal direction of the sensor's
-    first axis, y is left, and z is up. The heading is relative to the start, not to north.
+    The frame is fixed at the start, with coordinates in m. x is the horizontal direction of the
+    sensor's first axis, y is left, and z is up. The heading is relative to the start, not to north.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Position x, y, z, m. NaN if samples are missing for too long.
+        Position x, y, z, m. NaN where it is unknown, in a long gap.
     velocity : ndarray, shape (n, 3)
         Velocity x, y, z, m/s.
     quaternion : ndarray, shape (n, 4)
@@ -103,7 +103,8 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     gyro_bias, accel_bias : ndarray, shape (n, 3)
         Biases of the gyro, rad/s, and the accelerometer, m/s^2.
     sigma : ndarray, shape (n, 15)
-        Standard deviations, three columns each. Position and heading are relative to the start.
+        Standard deviations, with three columns for each quantity. Position and heading are relative
+        to the start.
 
         - position, m
         - velocity, m/s
@@ -121,9 +122,9 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     bound : ndarray, shape (n,)
         Upper bound of the foot's speed, m/s. Its minima are the stances.
     rejection_count : int
-        Number of nodes in stances that the filter rejected.
+        Number of zero-velocity updates that the filter rejected.
     swings : Swings
-        Swings from stance to stance, with the tests for a foot.
+        Swings from stance to stance, with tests that show if the sensor is on a foot.
     rides : tuple of Ride
         Rides in a lift. The track leaves out their height, but its standard deviation includes it.
     smoothed : bool
@@ -133,7 +134,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     notes : tuple of str
         Sentences on restored or missing data and on assumptions.
     alarms : tuple of str
-        Contradictions in the recording, one sentence each.
+        Sentences on contradictions in the recording.
     origin : Origin, optional
         Start of the walk in geodetic coordinates.
 
@@ -203,7 +204,7 @@ class FootTrack(Oriented, SmoothableTrack, Result):
         Raises
         ------
         ValueError
-            If the track is already smoothed, or its steps were not kept.
+            If the track is already smoothed, or ``process`` did not keep the data for the smoother.
         MemoryError
             If there is not enough memory for the smoother's result.
         """
@@ -286,9 +287,9 @@ class FootNavigation:
     The gyro bias is learned only while the foot rests for half a second. Zero-velocity updates do
     not change it.
 
-    Without a rest at the start, the filter starts in the first deep stance. The samples before it
-    are then integrated backward. `FootNavigation` processes a whole recording, and `FootFilter`
-    processes live samples.
+    Without a rest at the start, the filter starts in the first clear stance. It then integrates the
+    samples before this stance backward. `FootNavigation` processes a whole recording, and
+    `FootFilter` processes live samples.
 
     Motion of a wrist, a hand, a pocket or a vehicle raises an error. A foot rotates fast in its
     swings, stands between them, and has the same tilt in each stance.
@@ -298,9 +299,9 @@ class FootNavigation:
     rate : float, optional
         Expected sampling rate, Hz. The recording must have this rate. Default: any rate.
     floor : {None, "level"}, default None
-        "level" moves stances within 0.1 m of the current floor onto it. Higher or lower stances
-        start another floor, as on a stair. This flattens ramps of less than 0.1 m per stride.
-        Default: no floor is assumed.
+        "level" assumes level floors. A stance within 0.1 m of the current floor is moved to the
+        floor's height. A stance farther above or below starts a new floor, as on a stair. Ramps
+        with less than 0.1 m per stride therefore become level. Default: no floor is assumed.
     restore : bool, default True
         True restores rates that the gyro clipped.
     assume_foot : bool, default False
@@ -361,7 +362,7 @@ class FootNavigation:
         imu : Recording
             Recording in any axes, with known units.
         keep : {"all", "track"}, default "all"
-            "track" omits the data for the smoother, which need 2 to 3 kB every 0.02 s.
+            "track" omits the data for the smoother. They need 2 to 3 kB for every 0.02 s.
 
         Returns
         -------
@@ -373,8 +374,8 @@ class FootNavigation:
         LogError
             If the gyro or the accelerometer is missing or does not have three axes.
         ValueError
-            If the recording is shorter than a second, or its rate is below 48 Hz or not `rate`.
-            Also if its motion is not the motion of a foot.
+            If the recording is shorter than a second. If its rate is below 48 Hz, or differs from
+            `rate`. If its motion is not the motion of a foot.
         """
         if keep not in ("all", "track"):
             raise ArgumentError("keep", f"must be 'all' or 'track', got {keep!r}")

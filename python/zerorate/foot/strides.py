@@ -27,11 +27,11 @@ _STEPS_PER_STRIDE: Final = 2.0
 class Strides:
     """Strides of a foot, as `FootTrack.strides` finds them; m strides.
 
-    Names and definitions are gaitmap's. A stride goes from one moment of least velocity to the next
-    (``min_vel``). Times count from the contact before the stride to the contact at its end. The
-    contact events differ from gaitmap's. Here stances are minima of the speed bound. They start
-    after heel strike and end before toe-off, so `stance_time` is shorter and `swing_time` is
-    longer.
+    Names and definitions are from gaitmap. A stride goes from one moment of least velocity to the
+    next (``min_vel``). The stride time goes from the contact before the stride to the contact at
+    its end. Contacts differ from the contacts in gaitmap. Here stances are minima of the speed
+    bound. They start after heel strike and end before toe-off, so `stance_time` is shorter and
+    `swing_time` is longer than in gaitmap.
 
     Parameters
     ----------

@@ -85,22 +85,25 @@ class Swings:
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
-        Last sample of the previous stance, and first sample of the next stance, among the nodes of
-        the covariance.
+        Last sample of the previous stance, and first sample of the next stance. Both are samples at
+        which the covariance is computed.
     duration : ndarray, shape (m,)
         Duration of the swing, s.
     turn : ndarray, shape (m,)
-        Largest angular rate, rad/s.
+        Largest angular rate in the swing, rad/s.
     depth : ndarray, shape (m,)
-        Larger speed bound of both stances, divided by the 0.9 quantile of the bound in the swing.
+        Speed bound in a stance divided by the 0.9 quantile of the bound in the swing. Of both
+        stances the larger bound counts.
     tilt : ndarray, shape (m,)
         Angle between the vertical directions of both stances, in the sensor's axes, rad.
     lean : ndarray, shape (m,)
-        Angle between mean force and vertical, rad; the larger angle of both stances.
+        Angle between mean force and vertical in a stance, rad. Of both stances the larger angle
+        counts.
     way : ndarray, shape (m,)
         Distance between both stances, m.
     vertical_velocity, vertical_velocity_sigma : ndarray, shape (m,)
-        Vertical velocity, m/s up, that the next stance corrects, and its standard deviation.
+        Vertical velocity, m/s, positive up, that the next stance corrects, and its standard
+        deviation.
 
     Examples
     --------
@@ -161,7 +164,7 @@ class Swings:
         return float(self.duration[passed].sum()) / total if total > 0.0 else math.nan
 
     def describe_failure(self) -> str:
-        """Return a clause on the test that most of the swing time fails, with its median."""
+        """Return a clause on the most failed test, with the median value of the failed swings."""
         shares = {name: self._share(passed) for name, passed in self.tests.items()}
         worst = min(_TESTS, key=lambda test: shares[test.name])
         failed = ~worst.passes(getattr(self, worst.name))
@@ -215,7 +218,7 @@ class Swings:
             yield f"from {time[start]:.0f} to {time[end]:.0f} s it is not on a foot"
 
     def climb_variance(self, height: Floats, *, clipped: bool, level: bool) -> Floats:
-        """Return the height variance from drifts of one sign in all swings, m², (n,).
+        """Return the height variance from errors that add up over the swings, m², shape (n,).
 
         A stance corrects a vertical velocity, but not the height error from it. Random errors
         cancel over the swings. A tilt error with the same value in each swing does not cancel.

@@ -27,11 +27,11 @@ class EarthField:
     size : float
         Field strength, uT.
     dip : float
-        Angle below the horizontal, rad; negative in the south.
+        Angle of the field below the horizontal, rad. It is negative in the south.
     declination : float
         Angle from true north to magnetic north, rad, positive east.
     model : str
-        Name of the coefficients.
+        Name of the field model's coefficients.
 
     Examples
     --------
@@ -59,12 +59,12 @@ def earth_field(
     height : float
         Height above the ellipsoid, m.
     year : float, optional
-        Year with its fraction, such as 2026.5. Default: now.
+        Year with its fraction, such as 2026.5. Default: the current date.
 
     Raises
     ------
     ValueError
-        If the place does not exist, or there are no coefficients for the year.
+        If a coordinate is out of range, or there are no coefficients for the year.
     ImportError
         If pygeomag (extra ``magnetic``) is not installed.
 
@@ -72,7 +72,7 @@ def earth_field(
     -----
     The errors of the World Magnetic Model are 0.15 uT in strength, 0.2 deg in dip and 0.4 deg in
     declination. Near the poles they are larger. Buildings and vehicles change all three values by
-    more.
+    more than these errors.
 
     Examples
     --------

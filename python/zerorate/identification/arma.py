@@ -26,13 +26,14 @@ class ArmaGrid:
     ----------
     sigma2 : ndarray, shape (max_p + 1, max_q + 1)
         Innovation variance of ARMA(p, q) in row p and column q: the mean square of its residuals. A
-        model never has a larger variance than a nested model of lower order.
+        model never has a larger variance than the models of lower order that it contains.
     n : int
         Number of residuals.
     converged : ndarray of bool, shape (max_p + 1, max_q + 1)
         Mask of the models with a converged search.
     evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
-        Number of passes over the record in each search, without the passes for slow starts.
+        Number of passes over the record in the searches of each model, without the passes that
+        choose a start with slow drift.
     coefficients : tuple of ndarray
         [phi, theta, c] of each order (p, q), sorted by p, then by q.
 
@@ -72,14 +73,14 @@ def fit_arma(
     method : {"css", "exact"}
         "css" minimises the sum of the squared conditional residuals, and is fast. Before each
         stretch between missing samples, innovations are assumed zero and samples equal to the mean.
-        The first p residuals of the stretch depend on this and are left out. "exact" maximises the
-        Gaussian likelihood of all samples, across missing samples; the process is then stationary.
-        On long records both methods agree closely.
+        The first p residuals of the stretch depend on this assumption and are left out. "exact"
+        maximises the Gaussian likelihood of all samples, across missing samples; the process is
+        then stationary. On long records both methods agree closely.
     constant : bool
         True: estimate a constant. False: the process has mean zero.
     start : array_like, shape (p + q + 1,), optional
-        Only start of the search: [phi, theta, c], without c if there is no constant. Take it from
-        an `ArmaGrid` or from a similar record. Default: several starts are tried.
+        Only start of the search: [phi, theta, c], without c if there is no constant. Take the start
+        from an `ArmaGrid` or from a similar record. Default: several starts are tried.
 
     Returns
     -------
@@ -92,15 +93,15 @@ def fit_arma(
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If an order or the method is not valid, or `z` is not one axis, is constant or too short.
+        If an order or the method is not valid. If `z` is not one axis, is constant or too short.
 
     Notes
     -----
     The search has several starts: Hannan and Rissanen's estimate, the best models of lower orders,
-    and white noise on a slow drift. The last suits most gyros, and short autoregressions do not
-    find it. Standard errors follow from the curvature of the sum of squares or of the likelihood.
-    Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika 66(1), 1979; Monahan, Biometrika
-    71(2), 1984.
+    and white noise on a slow drift. The last start suits most gyros: short autoregressions do not
+    find their slow drift. Standard errors follow from the curvature of the sum of squares or of the
+    likelihood. Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika 66(1), 1979; Monahan,
+    Biometrika 71(2), 1984.
 
     Examples
     --------
@@ -156,7 +157,7 @@ def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If an order is not valid, or `z` is not one axis, is constant or too short.
+        If an order is not valid. If `z` is not one axis, is constant or too short.
 
     Examples
     --------

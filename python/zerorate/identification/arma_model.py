@@ -62,7 +62,7 @@ class ArmaModel(Result):
         Condition number of the normal equations, scaled to a unit diagonal. It is large if the
         record hardly distinguishes the coefficients.
     method : str
-        Method of the estimate.
+        Method by which the model was estimated.
     has_constant : bool
         True if the constant was estimated; otherwise it is 0.
     converged : bool
@@ -79,7 +79,7 @@ class ArmaModel(Result):
     Raises
     ------
     ValueError
-        If the covariance is not of shape (p + q + 1, p + q + 1), or a coefficient or the
+        If the covariance does not have the shape (p + q + 1, p + q + 1). If a coefficient or the
         innovation variance is not a finite number.
 
     Examples
@@ -125,16 +125,16 @@ class ArmaModel(Result):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Warnings, one sentence each: the remarks, then those that follow from the numbers.
+        """Warnings, one sentence each: first the remarks, then warnings from the numbers.
 
-        Warnings concern:
+        Warnings from the numbers concern:
 
         - a search that did not converge;
         - a condition number above 1e8, which loses half of the digits;
         - a model that is not stationary or not invertible;
         - a root within 1.96 standard errors (95 %) of the unit circle;
-        - an AR and an MA root closer than 1.96 standard errors: the record does not determine such
-          a common factor.
+        - an AR and an MA root closer than 1.96 standard errors: the record does not determine this
+          common factor.
         """
         return tuple(dict.fromkeys((*self.remarks, *diagnosis(self))))
 
@@ -179,7 +179,7 @@ class ArmaModel(Result):
     @classmethod
     @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> ArmaModel:
-        """Read a model that `to_json` wrote, equal to the last bit.
+        """Return the model that `to_json` wrote, without loss of digits.
 
         Examples
         --------
@@ -196,7 +196,7 @@ class ArmaModel(Result):
 
     @property
     def mean(self) -> float:
-        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN for a walk with a constant."""
+        """Mean c / (1 - phi_1 - ... - phi_p) of the process; NaN for a random walk with drift."""
         if not self.constant:
             return 0.0
         rest = at_one(-self.phi)
@@ -204,12 +204,12 @@ class ArmaModel(Result):
 
     @property
     def ar_roots(self) -> Complexes:
-        """Roots of 1 - phi_1 x - ... - phi_p x^p, in order of size."""
+        """Roots of 1 - phi_1 x - ... - phi_p x^p, smallest size first."""
         return _roots(-self.phi)
 
     @property
     def ma_roots(self) -> Complexes:
-        """Roots of 1 + theta_1 x + ... + theta_q x^q, in order of size."""
+        """Roots of 1 + theta_1 x + ... + theta_q x^q, smallest size first."""
         return _roots(self.theta)
 
     @property
@@ -250,7 +250,7 @@ class ArmaModel(Result):
         return psi_weights(self.phi, self.theta, n)
 
     def autocovariance(self, lags: int) -> Floats:
-        """Return gamma_0 ... gamma_lags of the process, shape (lags + 1,), exact to rounding.
+        """Return gamma_0 ... gamma_lags of the process, shape (lags + 1,), correct up to rounding.
 
         Raises
         ------
@@ -304,10 +304,10 @@ class ArmaModel(Result):
     def residuals(self, z: npt.ArrayLike) -> Floats:
         """Return the innovations of a record under this model, shape (n,).
 
-        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
-        samples restarts with earlier samples at their mean and earlier innovations zero. The first
-        p innovations of a stretch depend on this and are NaN. Innovations of missing samples are
-        NaN.
+        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. For each stretch between
+        missing samples, earlier samples are assumed equal to their mean, and earlier innovations
+        zero. The first p innovations of a stretch depend on this assumption and are NaN.
+        Innovations of missing samples are NaN.
 
         Raises
         ------

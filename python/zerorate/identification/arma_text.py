@@ -136,7 +136,8 @@ def to_json(
     Returns
     -------
     str
-        All fields, exact to the last bit; "nan", "inf" and "-inf" as strings.
+        Text with all fields, without loss of digits. Numbers that are not finite are the strings
+        "nan", "inf" and "-inf".
 
     Examples
     --------

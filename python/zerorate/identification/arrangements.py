@@ -39,8 +39,9 @@ class ReverseArrangements(Verdict):
     of : {"mean", "variance", "sample"}
         Kind of the values.
     z_score : float
-        lambda = (A' + 1/2 - E) / sd. A' is the number of pairs with the greater value last.
-        Positive if the record rises; within 2 at 5 %.
+        lambda = (A' + 1/2 - E) / sd. A' is the number of pairs with the greater value last. E and
+        sd are the mean and standard deviation of A' without a trend. Positive if the record rises.
+        Between -2 and 2 if the test accepts at 5 %.
     where : str
         Position with the largest difference between the values before and after it.
 
@@ -83,22 +84,22 @@ def reverse_arrangements(
     -------
     ReverseArrangements
         Result. The acceptance interval is exact for up to 100 values, and a normal approximation
-        for more. Equal values lower A by half of their pairs, and the interval is lowered by the
-        same amount.
+        for more. Each pair of equal values lowers the mean of A by 1/2, and the interval is lowered
+        by the same amount.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has too few or only equal samples, or an argument is not as
+        If `z` is not one axis, or has too few or only equal samples. If an argument is not as
         described.
 
     Notes
     -----
     J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: E = M (M - 1)/4, with variance M (2 M +
-    5)(M - 1)/72. Both are reduced for ties (M. G. Kendall, Rank Correlation Methods). Bao and Yuan
-    use lambda with N = 15 000 samples and M = 100.
+    5)(M - 1)/72. E and the variance are reduced for ties (M. G. Kendall, Rank Correlation Methods).
+    Bao and Yuan use lambda with N = 15 000 samples and M = 100.
 
     Examples
     --------

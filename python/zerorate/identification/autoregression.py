@@ -33,7 +33,7 @@ def fit_ar(
     p : int
         Order, 0 to 64.
     method : str, default "least-squares"
-        - "least-squares": fits each sample with p samples before it and no gap between. It assumes
+        - "least-squares": fits each sample that has p samples without a gap before it. It assumes
           nothing about earlier samples. The model may be unstable, so it can show a unit root.
         - "burg": least squares forward and backward together; always stationary, and precise on
           short records.
@@ -60,8 +60,9 @@ def fit_ar(
 
     Notes
     -----
-    The normal equations are summed in one pass; if their condition exceeds about 1e10, the rows
-    themselves are triangularised. J. P. Burg, "Maximum entropy spectral analysis", Stanford, 1975.
+    The normal equations are summed in one pass. If their condition number exceeds about 1e10, the
+    rows are triangularised instead. J. P. Burg, "Maximum entropy spectral analysis", Stanford,
+    1975.
 
     Examples
     --------

@@ -26,8 +26,8 @@ class Correlogram:
     acf, pacf : ndarray of float64, shape (m,)
         Autocorrelation and partial autocorrelation.
     bound : float
-        1.96 / sqrt(n), the 95 % bound of correlations of white noise (Bartlett). With gaps there
-        are fewer products; then it is the bound of the lag with the fewest products.
+        1.96 / sqrt(n), the 95 % bound of correlations of white noise (Bartlett). Gaps reduce the
+        number of products; `bound` is then the bound of the lag with the fewest products.
     n : int
         Number of present samples.
 
@@ -72,21 +72,22 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; values that are not finite count as missing. Products across missing
-        samples are left out.
+        Samples in any unit; values that are not finite count as missing. Products of two samples
+        with a gap between them are left out.
     lags : int
         Greatest lag, from 1 to n - 1, and shorter than the longest stretch without a gap.
 
     Returns
     -------
     Correlogram
+        Autocorrelations, partial autocorrelations and their bound.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has too few or only equal samples, or `lags` is not as described.
+        If `z` is not one axis, or has too few or only equal samples. If `lags` is not as described.
 
     Notes
     -----
@@ -153,13 +154,14 @@ class Whiteness:
     correlogram : Correlogram
         Correlations at each lag.
     outside_count : int
-        Number of lags with an autocorrelation beyond the bound; for white noise, 1 in 20.
+        Number of lags with an autocorrelation beyond the bound. For white noise it is about a
+        twentieth of all lags.
     predictable : float
         Share of the variance that an AR(20) model of the residuals would explain, 0 to 1. For white
         noise of n samples it is about 20/n by chance.
     white : bool
-        True if the Ljung-Box test accepts. For a long record the test rejects even negligible
-        correlations; `predictable` measures their importance.
+        True if the Ljung-Box test accepts white noise. For a long record the test rejects even
+        negligible correlations; `predictable` measures their importance.
 
     Examples
     --------
@@ -183,10 +185,11 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
     Parameters
     ----------
     z : array_like, shape (n,)
-        Residuals in any unit; values that are not finite count as missing. Products across missing
-        samples are left out.
+        Residuals in any unit; values that are not finite count as missing. Products of two samples
+        with a gap between them are left out.
     lags : int, default 20
-        Greatest lag. More lags detect longer correlations, but each lag less well.
+        Greatest lag. More lags detect longer correlations, but make the test less sensitive at each
+        lag.
     fitted : int, default 0
         Number of coefficients p + q of the fitted model; less than `lags`.
 
@@ -200,7 +203,7 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has too few or only equal samples, or an argument is not as
+        If `z` is not one axis, or has too few or only equal samples. If an argument is not as
         described.
 
     Notes
@@ -233,13 +236,14 @@ def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whit
     Returns
     -------
     Whiteness
+        Test of all lags, correlations at each lag, and predictable share.
 
     Raises
     ------
     TypeError
         If `residuals` does not hold real numbers.
     ValueError
-        If `residuals` is not one axis, has too few or only equal samples, or an argument is not
+        If `residuals` is not one axis, or has too few or only equal samples. If an argument is not
         as described.
 
     Examples

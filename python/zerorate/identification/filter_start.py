@@ -47,14 +47,14 @@ def make_filter(
     The model is split into an AR(p) drift and white noise of variance R on the samples. White noise
     of variance g drives the drift. The split is exact if possible (ARMA(1, 1) with phi > 0 >
     theta); otherwise g and R have maximum likelihood. With "kf" the filter is optimal from the
-    first sample. Over ten minutes of a simulated ARMA(1, 1), its error is within 0.1 % of the error
-    of a Kalman filter with the true model. A filter that starts without a model has three times
-    this error.
+    first sample. In ten minutes of a simulated ARMA(1, 1), its error is within 0.1 % of a Kalman
+    filter's error with the true model. A filter that starts without a model has three times this
+    error.
 
     A model without a white part, such as any AR(p), would return the samples unchanged. R is then
     the model's Allan variance at the shortest averaging time, gamma_0 - gamma_1. Fu and Han's
     recursion converges to this value. If the model's spectrum does not rise towards low
-    frequencies, it has no drift (g = 0), and the estimate of "kf" is its mean.
+    frequencies, the model has no drift (g = 0). The estimate of "kf" is then the mean of the model.
 
     Like every `DriftFilter` it returns the compensated rate, or the estimate with
     ``output="estimate"``. The property `estimate` always has the estimate.
@@ -65,12 +65,12 @@ def make_filter(
         Sampling rate, Hz.
     method : {"kf", "akf", "fading", "robust"}
         Method, as in `DriftFilter` but without "auto", which learns its own start. Default
-        "fading". Adaptive R and the weight of the process noise continue as after `startup`
-        seconds.
+        "fading". Adaptive R and the weight of the process noise continue as if `startup` seconds
+        had passed.
     adapt_for : float or None
-        Time for which the filter continues to learn the coefficients, s. It continues as if it had
-        processed the model's record. None: no limit. Default: 0, constant coefficients. A model
-        from `ArmaModel.of` has no errors, so its coefficients stay constant.
+        Time for which the filter continues to learn the coefficients, s. The filter continues as if
+        it had processed the model's record. None: no limit. Default: 0, constant coefficients. A
+        model from `ArmaModel.of` has no errors, so its coefficients stay constant.
     measurement_noise : float, optional
         Variance R, in the squared unit of the record. Default: the model's R.
     process_noise : float, optional
@@ -79,7 +79,8 @@ def make_filter(
     offset : float, optional
         Mean of the signal. Default: the mean of the model or, if it has none, of its record.
     scale : float, optional
-        Standard deviation of the signal. Default: of the record, or of the model.
+        Standard deviation of the signal. Default: the standard deviation of the record or, if it is
+        unknown, of the model.
     **options
         Further arguments of `DriftFilter`: `output`, `motion`, `fading`, `forgetting_factor`,
         `noise`, `startup`, `process_noise_memory`.
@@ -87,8 +88,8 @@ def make_filter(
     Raises
     ------
     ValueError
-        If p or q is above 3, a number is out of range, or `offset` or `scale` is missing and the
-        model does not have it.
+        If p or q is above 3. If a number is out of range. If `offset` or `scale` is neither given
+        nor known from the model.
 
     Examples
     --------
@@ -114,15 +115,15 @@ def to_filter(
     Parameters
     ----------
     models : sequence of ArmaModel
-        One model per axis. The filter has the largest of their orders. Missing coefficients of a
-        model are zero and stay zero.
+        One model per axis. The filter has the largest order of all models. Missing coefficients of
+        a model are zero and stay zero.
     rate, method, adapt_for, **options
         As for `ArmaModel.to_filter`. `channels` is the number of models.
 
     Raises
     ------
     ValueError
-        If there is no model, or for the reasons of `ArmaModel.to_filter`.
+        If there is no model. As in `ArmaModel.to_filter`.
 
     Examples
     --------

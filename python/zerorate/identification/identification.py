@@ -50,28 +50,28 @@ class Identification(Result):
     record : RecordSummary
         Summary of the record before preparation.
     moving : tuple of Span
-        Spans without rest, s from the beginning of the record.
+        Time spans with motion, s from the beginning of the record.
     smooth : int
         Width of the moving average in samples, 1 for none.
-    prepared : Prepared
+    prepared : PreparedRecord
         Prepared record, with the number of samples changed in each step.
     tests : RecordTests
         Tests of stationarity and normality of the prepared record.
     correlogram : Correlogram
         Correlogram of the prepared record.
     ar_orders, arma_orders : OrderSelection
-        Criteria of all orders.
+        Values of the criteria for all orders.
     ar : ArmaModel
-        Autoregressive model of the clear choice of order, fitted by least squares.
+        Autoregressive model of order `ar_orders.clear`, fitted by least squares.
     model : ArmaModel
-        ARMA model of the clear choice of order, or of the given order.
+        ARMA model of order `arma_orders.clear`, or of the given order.
     order_given : bool
         True if the order was given.
     whiteness : Whiteness
         Whiteness of the residuals of `model`.
-    online : Online or None
-        Recursive least squares of the same order on the same record; None if it does not support
-        the order.
+    online : OnlineFit or None
+        Recursive least squares of the same order on the same record; None if the recursion does not
+        support the order.
 
     Examples
     --------
@@ -111,7 +111,7 @@ class Identification(Result):
 
     @cached_property
     def slow_ratio(self) -> float:
-        """Variance of the segments' means over the model's; about 1 if the model is complete."""
+        """Variance of segment means divided by the model's value; about 1 for a complete model."""
         return compute_slow_ratio(self)
 
     @property
@@ -166,7 +166,7 @@ def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
 
     Returns
     -------
-    Online or None
+    OnlineFit or None
         Online fit. None for orders without an autoregressive part or above 3, and for a record of
         at most 100 samples, the length of the start-up.
     """
@@ -242,7 +242,8 @@ def identify(
         Name and unit of the axis, for the report. Default: from a `Log`, or from the name of a
         column.
     order : (int, int), optional
-        Orders p, q of the model. Default: the smallest model with a criterion close to the minimum.
+        Orders p, q of the model. Default: the smallest model within a margin of the best criterion
+        (see `select_order`).
     max_order : int
         Largest order of the autoregressive models.
     max_p, max_q : int
@@ -255,7 +256,8 @@ def identify(
     method : str
         Estimation of the ARMA model. "css": conditional sum of squares. "exact": likelihood.
     progress : callable, optional
-        Called with the step's name and the fraction done. Default: a bar in a notebook.
+        Function that is called with the name of the step and the completed fraction. Default: a
+        progress bar in notebooks.
     **preparation
         ``smooth``, ``outliers``, ``window``, ``threshold``, ``trend`` and ``decimate`` of
         `prepare`. By default the record is unchanged, and the models have a constant for its mean.
@@ -269,7 +271,7 @@ def identify(
     Raises
     ------
     TypeError, ValueError
-        If the record or an argument is not as described, or there are fewer than 200 samples.
+        If the record or an argument is not as described. If there are fewer than 200 samples.
 
     Notes
     -----

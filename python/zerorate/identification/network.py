@@ -51,13 +51,13 @@ class NetworkModel:
     mean, scale : float
         Mean and standard deviation of the training samples, in their unit.
     n, held_out : int
-        Number of training steps, and of later test steps.
+        Number of training steps, and number of later test steps.
     rmse, ar_rmse : float
-        RMS one-step error on the test steps, in the unit of the record: of the network, and of an
-        autoregression. The autoregression has the same inputs and training samples.
+        RMS error of one-step predictions in the test, in the unit of the record. ``rmse`` is for
+        the network, ``ar_rmse`` for an autoregression with the same inputs and training samples.
     limit_cycle : float
-        Standard deviation of the free-running network over the standard deviation of the record; 0
-        if it does not oscillate.
+        Standard deviation of the network's output when it runs on its own predictions, divided by
+        the standard deviation of the record. 0 if the network does not oscillate.
     ar : ArmaModel
         Autoregression with the same inputs.
 
@@ -96,15 +96,14 @@ class NetworkModel:
 
     @property
     def gain_over_ar(self) -> float:
-        """Relative reduction of the AR model's error: 0.01 is one per cent."""
+        """Reduction of the error relative to the AR model: 0.01 is one per cent."""
         return 1.0 - self.rmse / self.ar_rmse
 
     @property
     def verdict(self) -> NetworkVerdict:
         """Verdict on the network: "gain", "no gain" or "oscillates".
 
-        "oscillates": the standard deviation of the free-running network exceeds 0.01 of the
-        record's. "no gain": the error is reduced by less than one per cent.
+        "oscillates": `limit_cycle` exceeds 0.01. "no gain": `gain_over_ar` is below 0.01.
         """
         if self.limit_cycle > MAX_LIMIT_CYCLE:
             return "oscillates"
@@ -119,7 +118,7 @@ class NetworkModel:
     def gradient(self, past: npt.ArrayLike) -> Floats:
         """Return the derivatives of the next value by each input, in the shape of `past`.
 
-        They are the first row of the transition matrix of an extended Kalman filter.
+        These derivatives are the first row of the transition matrix of an extended Kalman filter.
         """
         slopes = 1.0 - np.tanh(self._scale_inputs(past) @ self.weights.T + self.biases) ** 2
         return (slopes * self.output) @ self.weights
@@ -145,9 +144,10 @@ def fit_network(
     """Train a network to predict the next sample, and compare it with an AR model.
 
     The network is trained on the first half of the record, at most 20,000 samples. The rest tests
-    it against an autoregression with the same number of inputs. A free run shows if it oscillates.
-    On all tested gyros at rest, `gain_over_ar` is below one per cent. A network with a gain may
-    have learned to oscillate, and a filter with it would oscillate, too. Read `verdict` first.
+    it against an autoregression with the same number of inputs. A run on its own predictions shows
+    if the network oscillates. On all tested gyros at rest, `gain_over_ar` is below one per cent.
+    Read `verdict` first: a network with a gain may oscillate, and a filter with this network would
+    then also oscillate.
 
     Parameters
     ----------
@@ -170,8 +170,8 @@ def fit_network(
     TypeError
         If `z` does not hold real numbers, or `inputs` or `hidden` is not a whole number.
     ValueError
-        If `z` is not one axis, has fewer than 50 training samples per weight, is constant, or is
-        too large to be squared; or if a number is out of range.
+        If `z` is not one axis, is constant, or has fewer than 50 training samples per weight. If
+        the squares of the samples overflow. If a number is out of range.
 
     Notes
     -----

@@ -46,7 +46,8 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
     -------
     Verdict
         Result. Its probability is valid for some thousands of independent samples or more. With
-        fewer samples the test rejects less often than stated, with correlated samples more often.
+        fewer samples the test rejects less often than stated. With correlated samples it rejects
+        more often than stated.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
 
 
 def anderson_darling(z: npt.ArrayLike) -> Verdict:
-    """Test the whole distribution, above all its tails, for a Gaussian distribution.
+    """Test a record for a Gaussian distribution, with emphasis on the tails.
 
     Parameters
     ----------

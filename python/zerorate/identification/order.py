@@ -43,7 +43,7 @@ class OrderSelection:
     sigma2 : ndarray, shape (m,)
         Mean square of the residuals, in the squared unit of the record.
     n_coefficients : ndarray of float, shape (m,)
-        k = p + q, plus one with a constant.
+        Number of coefficients: k = p + q, plus one for a constant.
     coefficients : tuple of ndarray, length m or 0
         Estimates [phi, theta, c] for "arma"; `fit_arma` can start from them.
 
@@ -135,15 +135,15 @@ def select_order(
         "ar": autoregressions of orders 0 to `max_order`. "arma": orders (0, 0) to (`max_p`,
         `max_q`).
     criterion : str, default "fpe"
-        "fpe", "aic", "aicc", "bic" or "hq"; the functions of these names describe them.
+        "fpe", "aic", "aicc", "bic" or "hq", as the attributes of `OrderSelection`.
     max_order, max_p, max_q : int
         Highest orders to compare.
     margin : float, default 10.0
-        A higher order is chosen only if it reduces the criterion by more than this. With `margin` 0
-        the choice is the plain minimum. A long record shows every ripple of its spectrum, so the
-        last coefficients at the minimum have no meaning. A gain of 1 or 2 is insignificant; only
-        models worse by more than 10 have no support (Burnham and Anderson, *Model Selection and
-        Multimodel Inference*, 2nd ed., 2002, section 2.6).
+        A higher order is chosen only if it reduces the criterion by more than the margin. With
+        `margin` 0 the choice is the minimum. A long record shows every ripple of its spectrum, so
+        the last coefficients at the minimum have no meaning. A reduction of 1 or 2 is
+        insignificant. A model more than 10 above the minimum has no support (Burnham and Anderson,
+        *Model Selection and Multimodel Inference*, 2nd ed., 2002, section 2.6).
     method : str, default "least-squares"
         Estimator of the residual variances of autoregressions. "burg" and "yule-walker" take the
         variances of the recursion, and n is the number of samples, as in R's ``ar``.
@@ -151,21 +151,21 @@ def select_order(
     Returns
     -------
     OrderSelection
-        Comparison. n counts the samples with at least `max_order` samples before them in their
-        stretch.
+        Comparison. `n` counts the samples with at least `max_order` samples before them without a
+        gap.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers, or an order is not a whole number.
     ValueError
-        If an argument is not valid, or `z` is not one axis, too short for the highest order,
+        If an argument is not valid. If `z` is not one axis, too short for the highest order,
         constant, or free of noise.
 
     Notes
     -----
-    Fu and Han, section 1.1, choose the order after which the criterion hardly decreases. `clear`
-    defines this choice exactly.
+    Fu and Han, section 1.1, choose the order after which the criterion hardly decreases. `clear` is
+    a definite rule for this choice.
 
     Examples
     --------

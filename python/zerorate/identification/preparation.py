@@ -81,8 +81,8 @@ def segments(z: npt.ArrayLike, count: int) -> Floats:
     Returns
     -------
     ndarray of float64, shape (count, n // count)
-        One row per segment, NaN where missing. Remaining samples at the end, fewer than `count`,
-        are left out.
+        One row per segment, NaN where missing. The remaining samples at the end, fewer than
+        `count`, are left out.
 
     Raises
     ------
@@ -180,17 +180,17 @@ def prepare(
         Replace outliers by the median of a window (`hampel`) or by its mean (`far_from_average`).
         Default: keep outliers.
     window : int, default 11
-        Length of this window in samples.
+        Length of the window for `outliers`, in samples.
     threshold : float, default 4.0
         Distance in standard deviations above which a sample is an outlier.
     trend : {"mean", "linear"} or None, default "mean"
         Trend to subtract.
     decimate : int, default 1
-        Keep one of this number of samples. Default 1, all samples.
+        Decimation factor: one of this number of samples is kept. Default 1, all samples.
 
     Returns
     -------
-    Prepared
+    PreparedRecord
         Record, its sampling rate, and the changes.
 
     Raises

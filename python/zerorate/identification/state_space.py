@@ -71,7 +71,7 @@ class StateSpace:
     Raises
     ------
     ValueError
-        If the shapes do not match, or a variance is negative.
+        If the shapes do not match. If a variance is negative.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class StateSpace:
         return P
 
     def autocovariance(self, lags: int) -> Floats:
-        """Return gamma_0 ... gamma_lags of the samples, shape (lags + 1,), with R in lag 0.
+        """Return gamma_0 ... gamma_lags of the samples, shape (lags + 1,), including R at lag 0.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class StateSpace:
     def impulse_response(self, n: int) -> Floats:
         """Return H F^k G, the effect of the first noise, for k below n, shape (n,).
 
-        For a form with a single noise it is psi_0 ... psi_(n-1) of the ARMA model.
+        For a form with a single noise, the result is psi_0 ... psi_(n-1) of the ARMA model.
         """
         return self._output_series(self.G[:, 0], n)
 
@@ -176,7 +176,7 @@ class StateSpace:
         return model._arma_numbers()
 
     def to(self, form: Form) -> StateSpace:
-        """Return the same drift and R in another form (see `ArmaModel.to_state_space`).
+        """Return the same model, with its R, in another form (see `ArmaModel.to_state_space`).
 
         Raises
         ------
@@ -208,7 +208,7 @@ class StateSpace:
     def innovations_form(self) -> StateSpace:
         """Return this model's steady Kalman filter as a model with one noise and no R.
 
-        Its sigma2 is the variance of the filter's innovations.
+        The returned sigma2 is the variance of the filter's innovations.
 
         Raises
         ------

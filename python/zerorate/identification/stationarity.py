@@ -31,18 +31,17 @@ _KPSS_ROUNDING: Final = 1e-12
 def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:
     """Test a record for stationarity about a level, or about a straight line.
 
-    A drift as weak as a gyro's is detected by this test and by `reverse_arrangements`, but seldom
-    by `adf`.
+    This test and `reverse_arrangements` detect the weak drift of a gyro; `adf` seldom detects it.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; values that are not finite count as missing. Sums skip them, and
-        products across them are left out.
+        Samples in any unit; values that are not finite count as missing. Sums skip missing samples.
+        Products of two samples with a gap between them are left out.
     lags : int, optional
-        Number of lags of the long-run variance, 0 to n - 1. Noise with long correlation needs more
-        lags, and more lags reduce the power. Default: from the record, by the rule of Hobijn and
-        others with Bartlett's window.
+        Number of lags of the long-run variance, 0 to n - 1. Noise with a long correlation needs
+        many lags, but many lags reduce the power of the test. Default: from the record, by the rule
+        of Hobijn and others with Bartlett's window.
     trend : {"constant", "linear"}
         Hypothesis: stationary about a level, or about a straight line.
 
@@ -50,14 +49,14 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
     -------
     Verdict
         Result. Its `p_value` is interpolated in a table from 0.10 to 0.01. Outside the table,
-        `p_bound` gives the side.
+        `p_bound` states that the probability is above 0.10 or below 0.01.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has fewer than 10 or only equal samples, or an argument is not as
+        If `z` is not one axis, or has fewer than 10 or only equal samples. If an argument is not as
         described.
 
     Notes
@@ -156,32 +155,34 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     """Test a record for a unit root: a random walk instead of variation about a level.
 
     Acceptance means that the record may be a random walk. Rejection is less certain if the random
-    walk is weak compared with white noise, as in a gyro. Such a record is an ARMA process with a
-    moving-average root near 1. The test rejects its unit root in far more than 5 % of the cases.
-    `kpss` detects such a drift. `reverse_arrangements` detects it if the drift does not return.
+    walk is weak compared with white noise, as in a gyro. A record with a weak random walk is an
+    ARMA process with a moving-average root near 1. The test rejects its unit root in far more than
+    5 % of the cases. `kpss` detects this drift. `reverse_arrangements` detects it if the drift does
+    not return.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Samples in any unit, at least 20; values that are not finite count as missing. The
-        regression starts again after them.
+        regression starts again after a missing sample.
     lags : int, optional
         Number of lagged differences in the regression, 0 to 63. Default: the number with the lowest
-        AIC, computed on the same samples for all numbers. Its limit is Schwert's 12 (n/100)^(1/4),
-        at most 63; n is the length of the longest stretch without a gap.
+        AIC, computed on the same samples for all numbers. The largest number compared is Schwert's
+        12 (n/100)^(1/4), at most 63. n is the length of the longest stretch without a gap.
 
     Returns
     -------
     Verdict
         Result. The statistic belongs to the coefficient on z_(k-1) in the regression of z_k -
-        z_(k-1) with a constant. The hypothesis is accepted above the critical value `lower`.
+        z_(k-1) with a constant. The hypothesis is accepted if the statistic is above the critical
+        value `lower`.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has too few or only equal samples, or `lags` is not as described.
+        If `z` is not one axis, or has too few or only equal samples. If `lags` is not as described.
 
     Notes
     -----

@@ -22,15 +22,15 @@ class Verdict:
     p_value : float
         Probability of this or a more extreme statistic if the hypothesis is true.
     lower, upper : float
-        The hypothesis is accepted for lower < statistic <= upper. Infinite if the test has no limit
-        on this side.
+        The hypothesis is accepted for lower < statistic <= upper. If the test has only one limit,
+        the other is infinite.
     accepted : bool
         True if the hypothesis is accepted.
     n : int
         Number of samples used.
     p_bound : {"", "<", ">"}
-        Outside the published table: "<" if the probability is less than `p_value`, ">" if it is
-        greater.
+        "<": the probability is less than `p_value`. ">": it is greater. Empty if the statistic is
+        inside the published table.
     note : str
         A warning, or empty.
 

@@ -18,9 +18,9 @@ from zerorate.types import Booleans, Floats
 def moving_average(z: npt.ArrayLike, width: int) -> Floats:
     """Return the mean of a window centred on each sample.
 
-    It makes noise correlated. With a width of w, white noise gets a correlation of (w - j)/w at lag
-    j < w, for example 0.8 at lag 1 for w = 5. An AR model of the result describes the window as
-    much as the sensor.
+    A moving average makes noise correlated. White noise gets a correlation of (w - j)/w at lag j,
+    if j is less than the width w: for example 0.8 at lag 1 for w = 5. An AR model of the result
+    therefore describes the window and the sensor together.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
     width : int, default 11
         Width of the window around each sample, at least 1. An even window extends one sample more
         to the past. Windows are cut at the ends of the record. For Gaussian noise and a threshold
-        of 4, a window of 11 marks one sample in 90 as outlier, a window of 51 one in 1500.
+        of 4, a window of 11 marks one sample in 90 as outlier. A window of 51 marks one in 1500.
     threshold : float, default 4.0
         Distance from the median, in standard deviations, above which a sample is an outlier. The
         standard deviation is estimated as 1.4826 times the median distance from the median (MAD),
@@ -103,7 +103,7 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
     Returns
     -------
     data : ndarray of float64, shape (n,)
-        In the unit of `z`.
+        Record with replaced outliers, in the unit of `z`.
     outliers : ndarray of bool, shape (n,)
         Mask of replaced samples.
 
@@ -112,13 +112,14 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis with a sample, or `width` or `threshold` not as described.
+        If `z` is not one axis with a sample. If `width` or `threshold` is not as described.
 
     Notes
     -----
-    If more than half of a window is equal, as in coarse records, its MAD is 0. The standard
-    deviation is therefore at least the step of quantisation, which is the smallest difference
-    between successive samples. An outlier is then more than `threshold` steps from the median.
+    If more than half of the samples in a window are equal, as in coarse records, their MAD is 0.
+    The standard deviation is therefore at least the step of quantisation, which is the smallest
+    difference between successive samples. An outlier is then more than `threshold` steps from the
+    median.
 
     F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69, 1974.
 
@@ -155,7 +156,7 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
     Returns
     -------
     data : ndarray of float64, shape (n,)
-        In the unit of `z`.
+        Record with replaced outliers, in the unit of `z`.
     outliers : ndarray of bool, shape (n,)
         Mask of replaced samples.
 
@@ -164,7 +165,7 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis with a sample, or `width` or `threshold` not as described.
+        If `z` is not one axis with a sample. If `width` or `threshold` is not as described.
 
     Examples
     --------
@@ -208,22 +209,22 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     z : array_like, shape (n,)
         Samples; values that are not finite count as missing.
     factor : int
-        Return one of this number of samples. At least 1; 1 changes nothing.
+        Decimation factor: one of this number of samples is returned. At least 1; 1 changes nothing.
 
     Returns
     -------
     ndarray of float64, shape (ceil(n / factor),)
         Decimated record; sample k has the time of z[k factor]. The filter extends just over 25
-        `factor` samples to each side. A sample is missing if the filter meets a missing sample or
-        an end of the record.
+        `factor` samples to each side. A sample is missing if the filter includes a missing sample
+        or extends beyond an end of the record.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, the factor is not a whole number from 1, or every stretch without a
-        gap is shorter than the filter.
+        If `z` is not one axis. If the factor is not a whole number from 1. If every stretch without
+        a gap is shorter than the filter.
 
     Notes
     -----

@@ -89,7 +89,7 @@ class RawCounts:
     gyro
         Factor of the gyro, deg/s per count.
     accel
-        Factor of the accelerometer, g per count; None without its range.
+        Factor of the accelerometer, g per count; None if its range is not given.
     """
 
     device: str

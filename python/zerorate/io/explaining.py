@@ -26,7 +26,7 @@ from zerorate.record.recording import Recording
 
 @dataclass(frozen=True)
 class TopicExplanation:
-    """A table of a file: its topic, empty where there are none, and its columns."""
+    """A table of a file: its topic (empty in files without topics) and its columns."""
 
     name: str
     columns: tuple[Role, ...]
@@ -34,14 +34,14 @@ class TopicExplanation:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Explanation of a file as it is read.
+    """Explanation of how a file is read.
 
     Attributes
     ----------
     source : str
         Path of the file.
     format : str
-        Name of the format, as in ``meta["format"]`` of its logs.
+        Name of the format, as in ``meta["format"]`` of the logs.
     reason : str
         Evidence for the format.
     topics : tuple of TopicExplanation
@@ -51,7 +51,7 @@ class Explanation:
     logs : mapping of str to Log
         Logs in the file; empty if there are none.
     notes : tuple of str
-        Assumptions, and omitted parts with reasons.
+        Sentences on assumptions, and on omitted parts with the reasons.
     """
 
     source: str
@@ -181,7 +181,7 @@ class FormatSupport:
     called : str
         Name of the format.
     suffixes, written : tuple of str
-        Suffixes of its files; suffixes that zerorate can write.
+        Suffixes of its files, and suffixes that zerorate can write.
     extra : str
         Extra that installs the necessary package; empty if no package is necessary.
     is_installed : bool

@@ -147,10 +147,10 @@ def read_fixes(
     Returns
     -------
     Fixes
-        Fixes in order of time, in deg, m and m/s. Rows without a position and rows not later than
-        the row before are left out. ``notes`` states their number, and assumptions. Times are the
-        file's own: Unix time if the file has dates, or GPS time in some solutions of RTKLIB.
-        ``epoch`` converts them to UTC.
+        Fixes in order of time, in deg, m and m/s. Rows are left out if they have no position, or if
+        the time does not increase. ``notes`` states the number of these rows, and assumptions.
+        Times are on the file's own clock: Unix time if the file has dates, GPS time in some
+        solutions of RTKLIB. ``epoch`` converts the times to UTC.
 
     Raises
     ------

@@ -99,12 +99,11 @@ class LogFile:
     Parameters
     ----------
     header : Header
-        Header, known before any data are read. Its notes do not mention columns that are all
-        missing.
+        Header, known before any data are read. Its notes do not mention columns without any sample.
     time : callable
         Function of a first index and an end; it returns the times of these samples, s.
     blocks : callable
-        Function of a number of rows; it yields the data in arrays (k, rows), NaN where a sample is
+        Function of a number of rows. It yields the data in arrays (k, rows), NaN where a sample is
         missing. The last array may be shorter. Reading may raise `LogError`.
     whole : Log or None
         Log in memory, if it has been read already.
@@ -132,7 +131,7 @@ class LogFile:
         return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
 
     def sampled(self, first: int, end: int) -> Floats:
-        """Return the times of the samples from a first index to before an end, s."""
+        """Return the times of the samples from index `first` to before `end`, s."""
         return (self.stamps or self.time)(first, end)
 
     def log(self) -> Log:
@@ -151,9 +150,10 @@ class LogFile:
 def open_log(
     path: LogSource, *, unit: str | None = None, **arguments: Unpack[ReadArguments]
 ) -> LogFile:
-    """Return a file's log in blocks, with the arguments and errors of `read_log`.
+    """Open a file's log for reading in blocks, with the arguments and errors of `read_log`.
 
-    For a Parquet file, only the time column is read now. All other formats are loaded completely.
+    For a Parquet file, this function reads only the time column. All other formats are loaded
+    completely.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=False)[0]
 
@@ -163,10 +163,14 @@ def open_imu(
 ) -> tuple[LogFile, LogFile | None]:
     """Open the log of a gyro, as `open_log` does, and the log of its accelerometer.
 
-    The accelerometer is in the same table: it has the gyro's device name, or is the only one. The
-    result has None for it in three cases: it is missing or cannot be read, it does not have three
-    axes, or ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names
-    none, a LogError lists them.
+    The accelerometer is in the gyro's table. It has the gyro's device name, or is the only
+    accelerometer. Its log is None in three cases:
+
+    - It is missing or cannot be read.
+    - It does not have three axes.
+    - ``sensor`` requests all gyros.
+
+    If the table has several gyros and ``sensor`` is not given, a LogError lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 

@@ -22,8 +22,8 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     """Read the mounting of the sensors from the metadata of a Parquet file.
 
     The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m and time_offset_s.
-    time_offset_s is added to the times of the fixes; imu_time_offset_s, its alternative, to the
-    times of the sensors. Other file formats have no such metadata.
+    time_offset_s is added to the times of the fixes. A file may instead have imu_time_offset_s,
+    which is added to the times of the sensors. Other file formats have no such metadata.
 
     Raises
     ------

@@ -35,7 +35,7 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
     Returns
     -------
     Poses
-        Poses on the file's own clock, s. A pose not later than the pose before is left out.
+        Poses on the file's own clock, s. A pose is left out if its time does not increase.
 
     Raises
     ------

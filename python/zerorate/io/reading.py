@@ -159,10 +159,10 @@ def read_log(
         Samples per second, Hz. Necessary if the file has neither timestamps nor a rate in its
         metadata. With timestamps, it must agree with them to 1 %, and becomes the rate of the log.
     columns
-        Names or indices of columns, or a single one. Indices begin at 0; negative ones count from
-        the end. Default: the axes x, y, z of one gyro, found by their names (``gyro_x_dps``,
-        ``wx``, ``angular_velocity.x``) in any order. In a table without names: all columns except
-        the time, if these are at most three.
+        Names or indices of columns, or a single name or index. Indices begin at 0; negative indices
+        count from the end. Default: the axes x, y, z of one gyro, found by their names
+        (``gyro_x_dps``, ``wx``, ``angular_velocity.x``) in any order. Default in a table without
+        names: all columns except the time, at most three.
     unit
         ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, if the file does not state
         it. Default: the suffix of the columns' names (``_dps``, ``[rad s^-1]``), or else the
@@ -173,12 +173,12 @@ def read_log(
         gyro.
     sensor
         One of several gyros, by words of its columns' names, such as ``"imu2"``, ``"left ankle"``
-        or ``"uncalibrated"``. ``"all"`` reads the gyros of all devices together. Default, in this
-        order: three axes, unfiltered rather than filtered, calibrated rather than raw, the first in
-        the file. A note names the others.
+        or ``"uncalibrated"``. ``"all"`` reads the gyros of all devices together. Default: the gyro
+        with three axes. Among several gyros, unfiltered comes before filtered, then calibrated
+        before raw, then the first in the file. A note names the other gyros.
     scale
-        Factor for the values, if they are raw counts or not in `unit`: a number, or the result of
-        `zerorate.raw_counts`, which also determines the unit.
+        Factor that converts raw counts or other values to `unit`: a number, or the result of
+        `zerorate.raw_counts`. The latter also determines the unit.
     start, stop
         Part of the log to read: from `start` to before `stop`, s after the first sample. Default:
         the whole log. The clock is always determined from the whole log.
@@ -190,14 +190,15 @@ def read_log(
         ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``, ``"days"``, or ``"samples"``
         at the stated `rate`.
     torn
-        ``"skip"`` omits lines of a text table that are not complete rows. By default such a line
-        raises an error that names it, except in the first and last line.
+        ``"skip"`` omits lines of a text table that are not complete rows. By default, such a line
+        raises an error with its number. A cut first line, or a last line cut by the end of the
+        file, raises no error.
 
     Returns
     -------
     Log
-        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` describes
-        the timestamps, ``meta["notes"]`` the assumptions.
+        Log with data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]``
+        describes the timestamps, and ``meta["notes"]`` the assumptions.
 
     Raises
     ------
@@ -215,24 +216,24 @@ def read_log(
 
     Notes
     -----
-    The time column has the name ``time``, ``t``, ``timestamp``, ``stamp`` or similar. Other names,
-    ``millis``, ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` and ``datetime``, count if
-    the values increase. The values are numbers, dates or times of day.
+    The time column has the name ``time``, ``t``, ``timestamp``, ``stamp`` or similar. A column
+    ``millis``, ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` or ``datetime`` is the time
+    column if its values increase. Times are numbers, dates or times of day.
 
-    The unit of numbers is `time_unit`, or else the suffix (``_s _ms _us _ns``). Without either, it
-    is the unit in which the numbers are dates of this century. Otherwise it is the only unit that
-    gives the stated `rate`, or a rate from 0.5 Hz to 32 kHz. If two units remain, an error is
-    raised.
+    The unit of numeric times is `time_unit`, or else the suffix (``_s _ms _us _ns``). Without both,
+    it is the unit in which the numbers are dates of this century. If they are no dates, it is the
+    only unit that gives the stated `rate`, or a rate from 0.5 Hz to 32 kHz. If two units remain, an
+    error is raised.
 
-    In a table without names, the first column is the time if it increases in near-equal steps over
-    most rows and no other column does. A column that only counts rows (0, 1, 2, ...) is left out,
-    and ``rate`` is necessary. The stamps of a wandering clock are kept in ``stamps``.
+    In a table without names, the first column is the time if only this column increases in
+    near-equal steps over most rows. A column that only counts rows (0, 1, 2, ...) is left out, and
+    ``rate`` is necessary. If the rate of the clock changes, the log keeps the stamps in ``stamps``.
 
     Missing samples, found by comparing the stamps with a uniform clock, become NaN rows. Late or
     repeated stamps do not add or remove rows. If the clock jumps back, the rows keep the file's
-    order and the time continues. Samples that a host stamped on arrival, in bursts, get the times
-    of the regular clock that fits the earliest stamps. A sensor slower than its log repeats rows;
-    the repeated rows are left out, unless ``rate`` is the rate of the timestamps.
+    order and the time continues. If a host stamped samples when they arrived in bursts, they get
+    the times of a regular clock that fits the earliest stamps. If the sensor is slower than its
+    log, rows repeat. Repeated rows are left out, unless ``rate`` is the rate of the timestamps.
 
     Examples
     --------

@@ -83,10 +83,11 @@ def read_recording(
         Samples per second of the gyro and of all sensors without timestamps, Hz.
     columns
         Names or indices of the gyro's columns, or columns of ``gyro``, ``accel`` and ``mag`` by
-        kind: ``{"gyro": ["p", "q", "r"], "accel": [4, 5, 6]}``. Default: found, one log per sensor.
+        kind: ``{"gyro": ["p", "q", "r"], "accel": [4, 5, 6]}``. Default: found by names; each
+        sensor gets its own log.
     reference
-        Names or indices of the reference's columns. Default: quaternions, and columns with names
-        like ``encoder``, ``ref_`` or ``truth_``.
+        Names or indices of columns with a true angle, rate or orientation. Default: quaternions,
+        and columns with names like ``encoder``, ``ref_`` or ``truth_``.
     unit
         Unit of the gyro, or units by kind, ``{"gyro": "deg/s", "accel": "g"}``, if the file does
         not state them. Values are never converted.
@@ -101,21 +102,22 @@ def read_recording(
         One of several sensors, as in `read_log`. Default: a log for each device. If a sensor has
         raw, calibrated and filtered values, the best stage is read, and ``notes`` says so.
     scale
-        Factors for the values: a number for the gyro, factors by kind, ``{"gyro": 1 / 131, "accel":
-        1 / 16384}``, or the result of `zerorate.raw_counts`, which also determines the units.
+        Factors for the values: a number for the gyro, or factors by kind, ``{"gyro": 1 / 131,
+        "accel": 1 / 16384}``. Or the result of `zerorate.raw_counts`, which also determines the
+        units.
     start, stop
         Part of the logs to read: from `start` to before `stop`, s after the earliest sample of the
-        source. In a list, each source counts from its own earliest sample. Sensors without samples
-        in this part are left out with a note; a gyro raises an error.
+        source. In a list, each source counts from its own earliest sample. A gyro without samples
+        in this part raises an error. Other sensors without samples are left out with a note.
     time, time_unit, torn
-        As in `read_log`. With several tables, `time` applies to those that have the column.
+        As in `read_log`. With several tables, `time` applies to each table with this column.
 
     Returns
     -------
     Recording
-        Logs of shape (n, k), NaN where a sample is missing. A sensor with a value in at most every
-        second row gets a log at its own rate. ``fixes``, ``mounting`` and ``tables`` are read at
-        first access.
+        Logs with data of shape (n, k), NaN where a sample is missing. A sensor with a value in at
+        most every second row gets a log at its own rate. ``fixes``, ``mounting`` and ``tables`` are
+        read at first access.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def read_recording(
         If no column looks like a sensor, or a gyro cannot be read (see `read_log`). Other sensors
         that cannot be read are left out, with a note in ``notes``.
     ValueError, TypeError, OSError, ImportError
-        As `read_log`; also if a kind is unknown.
+        As in `read_log`. Also ValueError if a kind is unknown.
 
     Examples
     --------

@@ -18,7 +18,8 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     source
         Source as in `read_log`, without topics.
     group_by
-        Name or index of the column that distinguishes the records, with an id, a name or a number.
+        Name or index of the column that identifies the record of each row by an id, a name or a
+        number.
 
     Returns
     -------
@@ -29,8 +30,8 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     Raises
     ------
     LogError
-        If the column does not exist, a row has no value in it, or hardly any value occurs twice.
-        Also if the source has topics, or columns without names.
+        If the column does not exist, has an empty cell, or has hardly any value twice. Also if the
+        source has topics, or columns without names.
     TypeError, OSError, ImportError
         As `read_log`.
 

@@ -47,7 +47,8 @@ def write_log(
     path
         ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with a ``#`` line if its
         columns do not show rate, unit and names. ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv``
-        (Gyroflow) are for other programs: they use these programs' units and omit parts of the log.
+        (Gyroflow) are for other programs. These files use the programs' units, and omit parts of
+        the log.
     force
         Replace an existing file. Default False.
 
@@ -56,10 +57,11 @@ def write_log(
     ValueError
         If the suffix is unknown.
     LogError
-        If two columns would have the same name, or a name ends in a unit other than the log's.
+        If two columns would have the same name, or a name ends in a unit that is not the log's
+        unit.
     OSError
-        If the file exists (without ``force``), or the folder is missing or not writable. No partial
-        file remains.
+        If the file exists and ``force`` is False. If the folder is missing or not writable. No
+        partial file remains.
     ImportError
         If pyarrow (extra ``io``) is not installed, for Parquet.
 

@@ -24,16 +24,16 @@ class SmoothedRun(Result):
     """
 
     state: Floats
-    """States, shape (n, N), with channels (n, k, N)."""
+    """States, shape (n, N), or (n, k, N) with k channels."""
     covariance: Floats
-    """Covariances, shape (n, N, N), with channels (n, k, N, N)."""
+    """Covariances, shape (n, N, N), or (n, k, N, N) with k channels."""
 
 
 class LinearRun(Result):
     """Result of ``LinearKalman.process``: the estimate after each sample of a record.
 
-    With channels, every array has the axis of channels after the axis of samples. Channels with the
-    same covariance share a read-only view of it.
+    With k channels, every array has an axis of length k after the axis of samples. Channels with
+    the same covariance share a read-only view of it.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class LinearRun(Result):
 
     @property
     def complete(self) -> bool:
-        """True if the covariances and innovations were kept."""
+        """True if the run kept the covariances and innovations."""
         return "covariance" in self._arrays
 
     def _require(self, name: str) -> Floats:

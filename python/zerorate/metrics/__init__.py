@@ -1,4 +1,4 @@
-"""Measures of a filter; each hides something that another measure shows.
+"""Measures of the quality of a filter; use several, because each measure hides some errors.
 
 A strong low-pass filter has a small standard deviation at rest, so `reduction` alone is not enough.
 
@@ -11,8 +11,8 @@ A strong low-pass filter has a small standard deviation at rest, so `reduction` 
 - `nis` and `coverage`: check of the stated uncertainty.
 
 Measures of orientation take quaternions, and measures of tracks take poses. All other measures take
-one channel (n,) or several (n, k) and return a float or k of them. NaN and infinite samples count
-as missing and are left out.
+one channel (n,) or k channels (n, k). They return a float, or an array with k floats. NaN and
+infinite samples count as missing and are left out.
 """
 
 from zerorate.metrics.averages import BestEma, best_ema, running_mean

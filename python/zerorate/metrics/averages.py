@@ -37,7 +37,7 @@ class BestEma:
     gain : float or ndarray, shape (k,)
         Gain of each channel, from 0 to 1.
     error : float or ndarray, shape (k,)
-        Smallest error.
+        Error of this average, the smallest of all gains that were tried.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def best_ema(
     rate : float
         Sampling rate, Hz. Default: the rate of a `Log`.
     horizon : float, optional
-        Coasting time, s: the error is then `coasting_error`. Give either this or `truth`.
+        Coasting time, s: the error is then `coasting_error`. Give either `horizon` or `truth`.
     truth : array_like, shape of `raw`, optional
         True drift; the error is then `rmse`.
     start : float, default 0
@@ -115,8 +115,8 @@ def best_ema(
     Raises
     ------
     ValueError
-        If not exactly one of `horizon` and `truth` is given, or `start` is negative or after the
-        end of the record; or as in `coasting_error` and `rmse`.
+        If not exactly one of `horizon` and `truth` is given. If `start` is negative or after the
+        end of the record. As in `coasting_error` and `rmse`.
 
     Examples
     --------

@@ -25,7 +25,7 @@ from zerorate.units import whole_samples
 
 @dataclass(frozen=True, eq=False)
 class MotionError:
-    """Errors against a reference rate: floats, or arrays of shape (k,) with one per channel.
+    """Errors against a reference rate, as floats, or as arrays of shape (k,) for k channels.
 
     Attributes
     ----------
@@ -36,8 +36,8 @@ class MotionError:
     rmse_undelayed : float or ndarray
         RMS error after removal of the delay; NaN if the delay is not determined.
     rmse_lowpass : float or ndarray
-        RMS error of the raw signal after a one-pole low-pass filter with the same delay, 0 if the
-        estimate leads. NaN without the raw signal or without a delay.
+        RMS error of the raw signal after a one-pole low-pass filter with the same delay, or with no
+        delay if the estimate leads. NaN if the raw signal or the delay is not known.
 
     Examples
     --------
@@ -86,9 +86,8 @@ def motion_error(
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in both, `rate` or `max_delay` is not positive
-        and finite, `max_delay` is less than a sample, or the record is not longer than twice
-        `max_delay`.
+        If the shapes differ or no sample is present in both. If `rate` or `max_delay` is not
+        positive and finite. If `max_delay` is less than a sample, or at least half of the record.
 
     Notes
     -----
@@ -147,10 +146,10 @@ def delay(
 ) -> float | Floats:
     """Return the lag of an estimate behind a reference, in seconds.
 
-    It is the lag with the best correlation. A parabola through three values of the least-squares
-    misfit refines it below one sample. Offset and gain of the estimate have no effect. If a
-    filter's delay depends on frequency, the result is a mean weighted by the record's motion. For a
-    record at rest the result is meaningless.
+    The result is the lag with the best correlation. A parabola through three values of the
+    least-squares misfit refines it below one sample. Offset and gain of the estimate have no
+    effect. If a filter's delay depends on frequency, the result is a mean weighted by the record's
+    motion. For a record at rest the result is meaningless.
 
     Parameters
     ----------
@@ -170,9 +169,9 @@ def delay(
     Raises
     ------
     ValueError
-        If the shapes differ, `rate` or `max_delay` is not positive and finite, `max_delay` is less
-        than a sample, the record is not longer than twice `max_delay`, a series is constant, or no
-        lag inside the range is clearly the best.
+        If the shapes differ. If `rate` or `max_delay` is not positive and finite. If `max_delay` is
+        less than a sample, or at least half of the record. If a series is constant. If no lag
+        inside the range is clearly the best.
 
     Examples
     --------
@@ -266,7 +265,7 @@ _MIN_WEIGHT: Final = 1e-20
 def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
     """Return the raw samples after the one-pole low-pass with a given delay.
 
-    Compare filters in motion with it. It is the simplest filter that smooths at the price of delay.
+    Use this output to compare filters in motion: it is the simplest smoothing with a given delay.
     The given delay applies to slow motion. Fast motion has less delay and is attenuated.
 
     Parameters
@@ -281,13 +280,15 @@ def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) ->
     Returns
     -------
     ndarray of float64, the shape of `raw`
-        y = a y' + (1 - a) z with a/(1 - a) = delay * rate, started at the first sample. At a
-        missing sample the output is held; before the first present sample it is NaN.
+        y = a y' + (1 - a) z with a/(1 - a) = delay * rate. y' is the previous output; the first
+        output is the first sample. At a missing sample the output is held; before the first present
+        sample it is NaN.
 
     Raises
     ------
     ValueError
-        If `raw` is empty, `rate` not positive and finite, or `delay` negative or not finite.
+        If `raw` is empty. If `rate` is not positive and finite. If `delay` is negative or not
+        finite.
 
     Examples
     --------

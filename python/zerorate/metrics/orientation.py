@@ -88,14 +88,15 @@ def orientation_errors(
     Raises
     ------
     ValueError
-        If a shape is wrong, `heading` is not known, or no sample is left to compare.
+        If a shape is wrong. If `heading` is unknown. If no sample is left to compare.
 
     References
     ----------
-    D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A benchmark for robust inertial
-    orientation estimation", Data 6(7):72, 2021. With e = q q_ref^-1: total 2 acos abs(w), heading 2
-    atan abs(z/w), inclination 2 acos sqrt(w^2 + z^2). They are computed by arc tangents, which are
-    exact for small angles. The relative heading is not from that paper.
+    D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A benchmark for robust inertial orientation
+    estimation", Data 6(7):72, 2021. With e = q q_ref^-1 = (w, x, y, z), the total is 2 acos abs(w),
+    the heading 2 atan abs(z/w), and the inclination 2 acos sqrt(w^2 + z^2). All three are computed
+    by arc tangents, which are precise for small angles. The relative heading is not from this
+    paper.
 
     Examples
     --------
@@ -127,8 +128,8 @@ def heading_offset(
 ) -> float:
     """Return the angle about the vertical between orientations and a reference.
 
-    It is the best angle over all samples: it minimises the mean square of the sines of half the
-    heading errors.
+    The result is the best angle over all samples: it minimises the mean square of the sines of half
+    the heading errors.
 
     Parameters
     ----------
@@ -207,9 +208,9 @@ def orientation_error_growth(
     """Return the angle between integrated rates and a reference after each horizon.
 
     Every `every` seconds an integration starts at the reference's orientation. The angle between
-    both after the horizon is averaged over all starts. It is the attitude error in motion from
-    bias, scale, misalignment and delay together; noise has little effect. A misaligned reference
-    adds an error that no filter can remove.
+    the result and the reference after the horizon is averaged over all starts. This is the attitude
+    error in motion from bias, scale, misalignment and delay together; noise has little effect. A
+    misaligned reference adds an error that no filter can remove.
 
     Parameters
     ----------
@@ -228,14 +229,14 @@ def orientation_error_growth(
     Returns
     -------
     ndarray, shape of `horizons`
-        Mean angles, rad. A start is left out if the reference at either end, or a rate in between,
-        is missing.
+        Mean angles, rad. A start is left out if the reference at either end of the horizon, or a
+        rate in between, is missing.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, an argument is not positive and finite, a horizon is less than half a
-        sample or not shorter than the record, or no window is complete.
+        If a shape is wrong. If an argument is not positive and finite. If a horizon is less than
+        half a sample, or not shorter than the record. If no window is complete.
 
     Examples
     --------

@@ -28,8 +28,8 @@ from zerorate.units import whole_samples
 def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the ratio of the standard deviations after and before a filter.
 
-    It measures the noise of the output, and most papers report it. It hides delay, lost motion and
-    a wrong mean: for a constant output the ratio is 0.
+    The ratio measures the noise of the output, and most papers report it. It hides delay, lost
+    motion and a wrong mean: for a constant output the ratio is 0.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in both, or `raw` is constant.
+        If the shapes differ or no sample is present in both. If `raw` is constant.
 
     Examples
     --------
@@ -58,8 +58,8 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
 def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the change of the mean by a filter, in standard deviations of the raw signal.
 
-    It detects a filter with a quiet output at the wrong mean. Errors that cancel over the record
-    are hidden. Leave the start-up of a filter out, because it counts as a shift.
+    This shift detects a filter with little noise but a wrong mean. Errors that cancel over the
+    record are hidden. Leave the start-up of a filter out, because it counts as a shift.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in both, or `raw` is constant.
+        If the shapes differ or no sample is present in both. If `raw` is constant.
 
     Examples
     --------
@@ -94,8 +94,8 @@ def coasting_error(
     """Return the angle error from holding each bias estimate for the next `horizon` seconds.
 
     The estimate at time t is held, and raw minus estimate is integrated from t to t + horizon. The
-    result is the RMS of this angle over all t: the angle error of a user with a wrong bias. It
-    needs no truth. The sensor must be at rest, because rotation counts as error. White noise of
+    result is the RMS of this angle over all t: the angle error of a user with a wrong bias. No true
+    bias is needed. The sensor must be at rest, because rotation counts as error. White noise of
     density N alone gives N sqrt(horizon), so all filters look equal for short horizons.
 
     Parameters
@@ -116,8 +116,8 @@ def coasting_error(
     Raises
     ------
     ValueError
-        If the shapes differ, `rate` or `horizon` is not positive and finite, the horizon is less
-        than half a sample or not shorter than the record, or no window is complete.
+        If the shapes differ. If `rate` or `horizon` is not positive and finite. If the horizon is
+        less than half a sample, or not shorter than the record. If no window is complete.
 
     Examples
     --------
@@ -190,13 +190,14 @@ class AllanRatio:
 def allan_ratio(
     raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
-    """Return the Allan deviation after a filter over the deviation before it, at long times.
+    """Return the ratio of the Allan deviations after and before a filter, at long times.
 
-    Averaging times start at ten time constants of the filter. At shorter times, the deviation
-    describes the filter instead of the sensor. At longer times, an estimate of gain 1 has a ratio
-    near 1, because a filter cannot reduce the angle random walk of a single gyro. A one-pole
-    low-pass filter has 0.92 at ten of its time constants and 0.99 at a hundred. The compensated
-    rate, raw minus bias, has a lower ratio, because its drift is removed.
+    Averaging times start at ten time constants of the filter. Below this limit, the deviation
+    describes the filter instead of the sensor. Above it, an estimate of gain 1 has a ratio near 1,
+    because a filter cannot reduce the angle random walk of a single gyro. A one-pole low-pass
+    filter has a ratio of 0.92 at ten of its time constants, and of 0.99 at a hundred. The
+    compensated rate, raw minus bias, has a lower ratio than the estimate, because its drift is
+    removed.
 
     Parameters
     ----------
@@ -215,8 +216,8 @@ def allan_ratio(
     Raises
     ------
     ValueError
-        If the shapes differ, `rate` is not positive and finite, `time_constant` negative or NaN, or
-        ten time constants exceed a quarter of the record.
+        If the shapes differ. If `rate` is not positive and finite. If `time_constant` is negative
+        or NaN. If ten time constants exceed a quarter of the record.
 
     Examples
     --------

@@ -49,13 +49,13 @@ class TrackErrors:
     Attributes
     ----------
     time : ndarray, shape (m,)
-        Time of the reference's pose, or of the end of a step, s.
+        Time of the pose in the reference, or of the end of a step, s.
     translation : ndarray, shape (m,)
         Translation errors, m.
     rotation : ndarray, shape (m,)
         Rotation errors, rad; NaN if an orientation is unknown.
     turn : ndarray, shape (4,)
-        Rotation that aligns the estimate, quaternion w, x, y, z.
+        Rotation that aligns the estimate with the reference, quaternion w, x, y, z.
     shift : ndarray, shape (3,)
         Shift of the estimate after the rotation, m.
     scale : float
@@ -111,15 +111,15 @@ def ate(
     Parameters
     ----------
     estimate, reference : Poses
-        Estimated and true poses, on one clock.
+        Estimated and true poses, with times from the same clock.
     align : {"rigid", "yaw", "similar", "origin", "none"}
         Alignment of the positions:
 
-        - "rigid": rotation and shift (evo's ``-a``).
+        - "rigid": rotation and shift (``-a`` in evo).
         - "yaw": rotation about the vertical and shift, for a track with known vertical (not in
           evo).
-        - "similar": rotation, shift and scale, for a single camera (``-as``).
-        - "origin": by the first pose (``--align_origin``).
+        - "similar": rotation, shift and scale, for a single camera (``-as`` in evo).
+        - "origin": the first poses coincide (``--align_origin`` in evo).
         - "none": no alignment (evo's default).
     max_time_difference : float
         Largest time between matched poses, s. Default 0.01, as evo's ``--t_max_diff``.
@@ -132,14 +132,14 @@ def ate(
     Raises
     ------
     ValueError
-        If no poses match in time, an argument is not valid, or all positions are on a line or in a
-        point: then the rotation is not determined.
+        If no poses match in time. If an argument is not valid. If the rotation is not determined,
+        because all positions are on a line or in a point.
 
     References
     ----------
     J. Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012. S. Umeyama,
     IEEE Trans. Pattern Anal. Mach. Intell. 13(4), 1991, equations 34 to 43. Pairs, alignment and
-    errors are those of evo 1.38, ``evo_ape``.
+    errors are as in ``evo_ape`` of evo 1.38.
 
     Examples
     --------
@@ -177,20 +177,21 @@ def rpe(
 ) -> TrackErrors:
     """Return the relative pose error: the difference between steps of a track and true steps.
 
-    It does not depend on the start of the track, so there is no alignment.
+    These errors do not depend on the start of the track, so there is no alignment.
 
     Parameters
     ----------
     estimate, reference : Poses
-        Estimated and true poses with orientations, on one clock.
+        Estimated and true poses with orientations, with times from the same clock.
     delta : float
         Length of a step in `unit`. Default 1.
     unit : {"poses", "m", "s"}
-        Unit of `delta`: "poses", "m" of the estimate's path (both as in evo), or "s" for seconds.
+        Unit of `delta`: "poses" for a number of poses, "m" for metres along the estimated path, or
+        "s" for seconds.
     every : bool
-        True: a step begins at every pose (evo's ``--all_pairs``). In metres its length is then the
-        nearest to `delta`, within a tenth of `delta`. False: a step begins at the end of the step
-        before.
+        True: a step begins at every pose (evo's ``--all_pairs``). With `unit` "m", its length is
+        then the nearest to `delta`, within a tenth of `delta`. False: a step begins at the end of
+        the previous step.
     max_time_difference : float
         As in `ate`.
 
@@ -202,12 +203,12 @@ def rpe(
     Raises
     ------
     ValueError
-        If there is no such step, or an argument is not as described.
+        If the track has no step of this length. If an argument is not as described.
 
     References
     ----------
-    J. Sturm et al., as for `ate`. Pairs and errors are those of ``evo_rpe`` in evo 1.38, which has
-    no unit of seconds.
+    J. Sturm et al., as for `ate`. Pairs and errors are as in ``evo_rpe`` of evo 1.38, which has no
+    unit of seconds.
 
     Examples
     --------

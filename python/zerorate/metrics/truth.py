@@ -26,7 +26,7 @@ from zerorate.types import Floats
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.
 
-    It combines noise, bias and delay: compare it with the RMSE of `equal_delay_lowpass`.
+    The RMSE combines noise, bias and delay: compare it with the RMSE of `equal_delay_lowpass`.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
 def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike) -> float | Floats:
     """Return an estimate's RMSE divided by the RMSE of the best possible estimate.
 
-    The best value is 1. It needs simulated data, so it does not show properties of real noise that
-    the simulation lacks. For several seeds, concatenate their records and call it once: small
-    denominators would dominate a mean of separate ratios.
+    The best value is 1. The regret needs simulated data, so it does not show properties of real
+    noise that the simulation lacks. For several seeds, concatenate their records and call `regret`
+    once: small denominators would dominate a mean of separate ratios.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in all, or `optimal` has no error.
+        If the shapes differ or no sample is present in all three. If `optimal` has no error.
 
     Examples
     --------
@@ -103,8 +103,8 @@ def settling_time(
 ) -> float | Floats:
     """Return the first time from which an estimate stays within a tolerance of its target.
 
-    It is the time to wait after power-on. The worst sample determines it. A noisy estimate that is
-    right on average may never settle, so choose a tolerance above its noise.
+    This is the time to wait after power-on. The last sample outside the tolerance determines it. A
+    noisy estimate that is right on average may never settle, so choose a tolerance above its noise.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def settling_time(
     Raises
     ------
     ValueError
-        If the shapes do not fit, no sample is present in both, or `tolerance` or `rate` is not
+        If the shapes do not fit or no sample is present in both. If `tolerance` or `rate` is not
         positive and finite.
 
     Examples
@@ -166,17 +166,17 @@ def nis(
 ) -> float | Floats:
     """Return the mean normalised innovation squared, mean(e^2 / S).
 
-    It is 1 if the stated covariance is right, above 1 if the covariance is too small, and below 1
-    if it is too large. It does not show the correlation of innovations. A value of 1 at rest says
-    nothing about motion: report it once at rest and once in motion.
+    The mean is 1 if the stated covariance is right, above 1 if the covariance is too small, and
+    below 1 if it is too large. The mean does not show the correlation of innovations. A value of 1
+    at rest says nothing about motion: report it once at rest and once in motion.
 
     Parameters
     ----------
     innovation : array_like, shape (n,) or (n, k)
         Measurement minus predicted measurement.
-    innovation_variance : array_like, the same shape, or one that broadcasts to it
+    innovation_variance : array_like, the same shape, or a shape that broadcasts to it
         Variance S of the innovation as stated by the filter, in the squared unit of the data.
-    where : array_like of bool, shape (n,) or that of `innovation`, optional
+    where : array_like of bool, shape (n,) or the shape of `innovation`, optional
         Mask of the samples to include, such as samples at rest. Default: all.
 
     Returns
@@ -188,7 +188,7 @@ def nis(
     Raises
     ------
     ValueError
-        If the shapes do not fit, no sample is present in both, or a variance is not positive.
+        If the shapes do not fit or no sample is present in both. If a variance is not positive.
 
     Examples
     --------
@@ -206,11 +206,11 @@ def nis(
 
 
 def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
-    """Return the share of errors within the filter's standard deviation.
+    """Return the share of errors within one standard deviation as stated by the filter.
 
-    It is 0.683 for Gaussian errors and a right sigma, and less if sigma is too small. It does not
-    show the size of the larger errors. Errors of a bias last long, so a record has few independent
-    errors: use many records.
+    The share is 0.683 for Gaussian errors and a right sigma, and less if sigma is too small. The
+    share does not show the size of errors above sigma. Errors of a bias last long, so a record has
+    few independent errors: use many records.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in both, or a sigma is negative.
+        If the shapes differ or no sample is present in both. If a sigma is negative.
 
     Examples
     --------

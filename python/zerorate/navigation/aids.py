@@ -42,7 +42,7 @@ class Aid:
     Raises
     ------
     ValueError
-        If the shapes do not fit, the times are not finite and rising, or a standard deviation is
+        If the shapes do not match, the times are not finite and rising, or a standard deviation is
         not positive.
 
     Examples
@@ -93,11 +93,11 @@ class AidResults:
     verdict : ndarray of uint8, shape (k,)
         Verdict on each reading: an index into `zerorate.navigation.VERDICTS`.
     nis : ndarray, shape (k,)
-        Normalised innovation squared. Its mean is 1 in a consistent filter, or 3 for a baseline. It
-        is NaN if the reading was out of sequence.
+        Normalised innovation squared of each reading. In a consistent filter its mean is 3 for a
+        baseline and 1 for other aids. NaN for readings out of sequence.
     taken : ndarray, shape (k,)
-        Time of the sample after which the filter used each reading, s. It is NaN for readings after
-        the last sample.
+        Time of the sample after which the filter used each reading, s. NaN for readings after the
+        last sample.
 
     Examples
     --------

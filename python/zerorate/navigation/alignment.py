@@ -111,8 +111,8 @@ def align(
     heading_sigma : float
         Standard deviation of a given heading, rad.
     accel_bias_sigma : float
-        Standard deviation of the accelerometer bias on each axis, m/s^2. Divided by gravity, it
-        gives the standard deviation of roll and pitch.
+        Standard deviation of the accelerometer bias on each axis, m/s^2. The standard deviation of
+        roll and pitch is this value divided by gravity.
 
     Raises
     ------
@@ -127,8 +127,8 @@ def align(
     Roll is ``atan2(-f_y, -f_z)`` and pitch is ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force
     f. The gyro bias is the mean rate minus the earth's rate. Without a heading only the vertical
     part of the earth's rate is known. The horizontal part is then added to the standard deviation.
-    The search ends a rest where one-second means leave their median. The variance does not show a
-    gentle start, because the noise of the sensor may be as large. A given span is used without a
+    The search ends a rest where one-second means differ from their median. The variance is not
+    used: a gentle start may be smaller than the noise of the sensor. A given span is used without a
     check.
 
     Examples

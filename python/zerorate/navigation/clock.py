@@ -120,19 +120,20 @@ def find_time_offset(
     Notes
     -----
     The search uses Gauss-Newton steps on the normalised innovations after the first 20 s.
-    Innovations beyond three robust standard deviations get less weight. Forward slopes are
-    multiplied by backward slopes, because the noises of both are independent.
+    Innovations beyond three robust standard deviations get less weight. The normal equations
+    multiply slopes from forward differences by slopes from backward differences. The noises of
+    these slopes are independent.
 
     At constant speed a clock offset has the same effect as an antenna forward of the sensors. If
-    the record does not separate them, the prior does (0.3 s, 1e-3, 1 m), and the standard
-    deviations grow.
+    the record cannot distinguish them, prior standard deviations decide: 0.3 s for the offset, 1e-3
+    for the rate, 1 m for the antenna. The standard deviations of the result are then larger.
 
     A position or velocity beyond six standard deviations is left out. It is kept if the next
     innovation has a similar size and the same sign.
 
-    The standard deviations have a lower bound: the value for innovations of the predicted size. A
-    fifth of a sample interval is then added. A rate is reported only if it exceeds three standard
-    deviations. No offset is reported if the innovations are twice their expected size, because the
+    The standard deviations are at least their value for innovations of the predicted size. A fifth
+    of a sample interval is then added. A rate is reported only if it exceeds three standard
+    deviations. No offset is reported if the innovations are at least twice their expected size. The
     clock then does not explain them.
 
     Examples

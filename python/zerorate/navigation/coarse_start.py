@@ -91,15 +91,16 @@ def find_start(
     Notes
     -----
     A rest is the longest span of at least 3 s with steady half-second means, before the receiver
-    moves. Over the three axes these means stay within 0.85 deg/s and 0.26 m/s^2. The mean rate is
-    the gyro bias, with a standard deviation of 0.1 deg/s. Without a rest the bias is assumed zero,
-    with a standard deviation of 0.5 deg/s. Roll and pitch come from the mean force of the 5 s
-    before the start, with a standard deviation of 5 deg.
+    moves. Their standard deviation, as root sum square of the three axes, is at most 0.85 deg/s for
+    the rate and 0.26 m/s^2 for the force. The mean rate is the gyro bias, with a standard deviation
+    of 0.1 deg/s. Without a rest the bias is assumed zero, with a standard deviation of 0.5 deg/s.
+    Roll and pitch come from the mean force of the 5 s before the start, with a standard deviation
+    of 5 deg.
 
     The bank has eight filters with headings round the compass, and one filter that uses the course
     as heading. The most likely filter gives the heading. Its log likelihood must exceed the log
-    likelihood of other headings by 15. In these filters each fix has a larger standard deviation,
-    for a clock error of 0.2 s.
+    likelihood of every other heading by 15. In these filters the standard deviation of a fix
+    includes a clock error of 0.2 s.
 
     Without a rest, an iterated smoother over the first minute then corrects roll, pitch and
     heading.

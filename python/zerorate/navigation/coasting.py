@@ -70,22 +70,24 @@ class FoundNoise:
     Parameters
     ----------
     gyro, accel : NoiseModel, sequence of three NoiseModel, or None
-        Models for `zerorate.NavigationFilter`. None if the noise is kept and no model was given.
+        Models for `zerorate.NavigationFilter`. None if the noise is unchanged and no model was
+        given.
     factors : tuple of float
         Factors on the gyro's white noise, on the accelerometer's white noise, and on the bias
-        random walks. All are 1 if the noise is kept.
+        random walks. All are 1 if the noise is unchanged.
     gain : float
         Increase of the log likelihood of the coasting errors by these factors.
     block_count : int
         Number of positions and velocities compared.
     before, after : ndarray, shape (3,)
-        Horizontal position error divided by its standard deviation, RMS, after coasting for 2, 5
-        and 10 s. `before` uses the stated noise, and `after` the noise found here. 1 is consistent,
-        NaN is unknown.
+        RMS ratio of the horizontal position error to its standard deviation, after coasting for 2,
+        5 and 10 s. `before` is with the stated noise, and `after` with the noise found here. 1 is
+        consistent, NaN is unknown.
     reason : str
-        Reason why the noise is kept. Empty if the noise changed.
+        Reason why the noise is unchanged. Empty if the noise changed.
     vibration : float
-        Gyro noise per change of the rate from sample to sample: the filter's ``gyro_vibration``.
+        Gyro noise divided by the change of the rate from sample to sample. It is the argument
+        ``gyro_vibration`` of the filter.
 
     Examples
     --------
@@ -119,7 +121,7 @@ class FoundNoise:
 
     @property
     def white_models(self) -> dict[str, Any]:
-        """Noise models without the vibration, which is valid at one sampling rate only."""
+        """Noise models without vibration; the vibration is valid at one sampling rate only."""
         models = {"gyro": self.gyro, "accel": self.accel}
         return {name: model for name, model in models.items() if model is not None}
 
@@ -169,15 +171,16 @@ def find_noise(
     gyro, accel : NoiseModel or sequence of three, optional
         Noise of the sensors, if known. Default: the noise of consumer sensors.
     lower : bool, optional
-        True also allows a lower noise, if this clearly raises the likelihood. Default: True if no
-        model is given. A given model can only be raised.
+        True allows noise below the model if this clearly increases the likelihood. Default: True if
+        no model is given. The noise of a given model can then only increase.
     **options
         Further options of `NavigationFilter`.
 
     Returns
     -------
     FoundNoise
-        Models for `NavigationFilter`. They are the given models if no other noise is better.
+        Models for `NavigationFilter`. They equal the given models if no change of the noise is an
+        improvement.
 
     Raises
     ------
@@ -187,14 +190,14 @@ def find_noise(
     Notes
     -----
     Every ten seconds a copy of the filter coasts without fixes. It is compared with the fixes after
-    2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal errors, with
-    Student's distribution of eight degrees of freedom. Each trial runs the whole filter once. If
-    errors after 5 and 10 s still exceed their standard deviation, the white noise is raised by this
-    ratio.
+    2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal errors. The
+    errors have Student's distribution with eight degrees of freedom. Each trial runs the whole
+    filter once. If errors after 5 and 10 s still exceed their standard deviation, the white noise
+    is increased by the ratio of error to standard deviation.
 
-    Vibration faster than the sampling adds noise to the gyro. Its model is a share of the change
-    from sample to sample, on each axis. It is used only if this share increases the likelihood of
-    the errors.
+    Vibration faster than the sampling adds noise to the gyro. The model of this noise is a fraction
+    of the rate's change from sample to sample, on each axis. It is used only if it increases the
+    likelihood of the errors.
 
     Examples
     --------

@@ -96,7 +96,7 @@ class OutageErrors:
         return len(self.spans)
 
     def rms(self, name: str = FILTER) -> float:
-        """Return the RMS of `end`, m, without outages of unknown error."""
+        """Return the RMS of `end`, m, over the outages with a known error."""
         return math.sqrt(float(np.mean(self._known_ends(name) ** 2)))
 
     def median(self, name: str = FILTER) -> float:
@@ -108,9 +108,9 @@ class OutageErrors:
         return float(np.max(self._known_ends(name)))
 
     def error_over_sigma(self) -> float:
-        """Return the RMS ratio of the filter's end errors to their sigma; 1 is consistent.
+        """Return the RMS of the filter's end errors divided by their sigma. 1 is consistent.
 
-        The variance is the sum of the filter's and the fix's variance.
+        This sigma is the root of the filter's variance plus the fix's variance.
         """
         return math.sqrt(0.5 * float(np.mean(self._end_squares())))
 
@@ -194,8 +194,8 @@ def outages(
     """Return the errors of a navigation filter in outages of the receiver.
 
     Fixes are withheld, and the filter's track is compared with them. Two simple estimates are
-    compared, too: the position or the velocity is held since the last fix. On a slow platform these
-    may be better than the filter.
+    compared with the same fixes: the last position is held, or the last velocity is held. On a slow
+    platform both may be better than the filter.
 
     Parameters
     ----------
@@ -206,11 +206,11 @@ def outages(
     seconds : float or sequence of float
         Lengths of the outages, s. The filter runs once for each length. Default: 10, 30 and 60.
     nav : NavigationFilter, optional
-        A new filter without samples. It is copied and does not change. Default: axes, clock,
-        antenna and start are found as in `zerorate.navigate`.
+        A filter that has not processed samples. It is copied and does not change. Default: axes,
+        clock, antenna and start are found as in `zerorate.navigate`.
     antenna : array_like, shape (3,), optional
         Vector from the sensors to the antenna in body axes, m. If `nav` is given, set the antenna
-        there.
+        in `nav` instead.
     smooth : bool
         True also runs the smoother and reports its largest error in each outage.
     first : float

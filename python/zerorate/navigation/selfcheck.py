@@ -52,7 +52,7 @@ class NavigationFinding:
         Kind of the finding: ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``,
         ``"gyro"``, ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
-        "mistake" if it is certain, "cannot tell" if the motion cannot decide it.
+        "mistake" if the finding is certain, "cannot tell" if the motion does not decide it.
     text : str
         Sentence that describes the finding.
     value : float
@@ -83,7 +83,7 @@ class NavigationChecks:
     findings : tuple of NavigationFinding
         Mistakes and undecided questions. Empty if sensors and receiver agree.
     lag : float
-        Offset to add to the times of the fixes, s, accurate to tenths. NaN if unknown.
+        Offset to add to the times of the fixes, s, accurate to about 0.1 s. NaN if unknown.
     correlation : float
         Correlation between the rate of the course and the gyro's rate about down.
     axes : Axes or None

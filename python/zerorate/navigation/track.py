@@ -138,7 +138,8 @@ class Track(Oriented, SmoothableTrack, Result):
     status : ndarray of uint8, shape (n,)
         Status of the filter: an index into `zerorate.navigation.STATUSES`.
     fixes : ndarray, shape (m, 13)
-        Fixes of the receiver: time, position, velocity, and their standard deviations.
+        Fixes of the receiver. The columns are time, position, velocity, and the standard deviations
+        of position and velocity.
     verdict : ndarray of uint8, shape (m,)
         Verdict on each fix: an index into `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
@@ -293,7 +294,7 @@ class Track(Oriented, SmoothableTrack, Result):
         Raises
         ------
         ValueError
-            If the track is already smoothed, or its steps were not kept.
+            If the track is already smoothed, or ``process`` did not keep the data for the smoother.
         MemoryError
             If there is not enough memory for the smoother's result.
         """

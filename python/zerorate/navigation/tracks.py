@@ -81,13 +81,15 @@ def write_geojson(
     TypeError
         If the track has no times or positions.
     OSError
-        If the file exists (without ``force``) or cannot be written. No partial file remains.
+        If the file exists and ``force`` is False, or the file cannot be written. No partial file
+        remains.
 
     Notes
     -----
     The coordinates are longitude, latitude and height above the ellipsoid (RFC 7946, section
-    3.1.1). A line across the meridian of 180 deg is cut in two (section 3.1.9). With an epoch the
-    property ``coordTimes`` has the time of each position, nested as the coordinates.
+    3.1.1). A line across the meridian of 180 deg is cut in two (section 3.1.9). If there is an
+    epoch, the property ``coordTimes`` has the time of each position. Its nesting is the same as in
+    the coordinates.
 
     Examples
     --------
@@ -123,11 +125,11 @@ def write_gpx(
     name: str | None = None,
     force: bool = False,
 ) -> None:
-    """Write a track as GPX 1.1: one track, with one segment per line.
+    """Write a track as GPX 1.1: one track, with one segment for each unbroken part.
 
-    The parameters and errors are the same as in `write_geojson`. ``<time>`` is written only with an
-    epoch, in UTC to the millisecond. ``<ele>`` is the track's height above the ellipsoid. GPX does
-    not define the reference of a height.
+    The parameters and errors are the same as in `write_geojson`. ``<time>``, UTC to the
+    millisecond, is written only if there is an epoch. ``<ele>`` is the track's height above the
+    ellipsoid. GPX does not define the reference of a height.
 
     Examples
     --------

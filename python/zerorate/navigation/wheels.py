@@ -46,7 +46,7 @@ class Wheels:
     Raises
     ------
     ValueError
-        If the shapes do not fit, the times are not finite and rising, or a standard deviation is
+        If the shapes do not match, the times are not finite and rising, or a standard deviation is
         not positive.
 
     Examples
@@ -110,9 +110,9 @@ class Wheels:
         Returns
         -------
         Wheels
-            Speeds with standard deviations. These include the rounding: they are the root of
-            ``sigma**2 + (tick * rate)**2 / 6``. There is no speed where the counter jumps, or is
-            silent for half a second.
+            Speeds with standard deviations. A standard deviation includes the rounding. It is the
+            root of ``sigma**2 + (tick * rate)**2 / 6``. There is no speed where the counter jumps,
+            or where counts are missing for more than half a second.
 
         Raises
         ------

@@ -37,32 +37,33 @@ def allan(
     confidence: float = _ONE_SIGMA,
     threads: int | None = None,
 ) -> AllanResult:
-    """Return the Allan deviation of a record, or a related deviation, with bounds.
+    """Return the Allan deviation of a record, or a related deviation, with confidence bounds.
 
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k), or Log
         Rates of one or k axes, in `unit`; values that are not finite count as missing. A `Log` has
-        its own rate, unit and names. The names in a data frame or series state the unit.
+        its own rate, unit and names. A data frame or series states the unit in its names.
     rate : float
         Samples per second, Hz.
     kind : str, default "oadev"
-        Kind of deviation. Allan family: adev, oadev, mdev, tdev. Hadamard, without effect of a rate
-        ramp: hdev, ohdev. More certain at long averaging times: totdev, mtotdev, ttotdev, htotdev,
-        theo1. Parabolic: pdev.
+        Kind of deviation. Allan family: adev, oadev, mdev, tdev. Hadamard family, not affected by a
+        rate ramp: hdev, ohdev. Less uncertain than both families at long averaging times: totdev,
+        mtotdev, ttotdev, htotdev, theo1. Parabolic: pdev.
     taus : {"octave", "decade", "all"} or sequence of float
-        Averaging times: one per octave, ten per decade, all possible times, or times in s. Times
-        are rounded to whole samples, and `notes` then states this.
+        Averaging times: one per octave, ten per decade, all possible times, or given times in s.
+        Given times are rounded to whole samples; `notes` states the rounding.
     unit : str, optional
         Unit of `z`, an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without a unit
         the results are in the unit of the samples, and cannot be converted or exported.
     names : sequence of str, optional
         One name per axis.
     bridge : int, default 0
-        Longest gap that is filled with a straight line, in samples. Terms across longer gaps are
-        left out.
+        Longest gap that is filled with a straight line, in samples. Terms of the deviation across
+        longer gaps are left out.
     exponent : int, optional
-        Noise type for the bounds, -4 to 2. Default: estimated at each tau.
+        Noise type for the bounds: exponent alpha of the density f^alpha, -4 to 2. Default:
+        estimated at each averaging time.
     confidence : float, default 0.683
         Probability that the true deviation is inside the bounds.
     threads : int, optional
@@ -76,15 +77,15 @@ def allan(
     Raises
     ------
     ValueError
-        If the record is too short or has no sample, or an argument is not as described.
+        If the record is too short or has no sample. If an argument is not as described.
 
     Notes
     -----
     Sources: IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065
-    (2008), section 5. The second also has the noise types (lag-1 autocorrelation, B1 and R(n)), and
-    the degrees of freedom of the total deviations. The mean is subtracted first, so a large offset
-    does not reduce the precision. Computing time is O(n) for each tau, and O(n tau) for theo1,
-    mtotdev, ttotdev and htotdev.
+    (2008), section 5. The second source also describes the noise types (lag-1 autocorrelation, B1
+    and R(n)), and the degrees of freedom of the total deviations. The mean is subtracted first, so
+    a large offset does not reduce the precision. Computing time is O(n) for each tau, and O(n tau)
+    for theo1, mtotdev, ttotdev and htotdev.
 
     Examples
     --------

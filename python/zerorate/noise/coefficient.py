@@ -19,7 +19,7 @@ class Coefficient(float):
     value : float
         The coefficient, in any unit; finite.
     sigma : float
-        Standard error in the same unit. Default 0, for a given number.
+        Standard error in the same unit. Default 0, for a number that was not estimated.
     identifiable : bool
         True if the record determines the coefficient, or the number was given (default).
     upper_bound : float, optional
@@ -29,8 +29,8 @@ class Coefficient(float):
     Raises
     ------
     ValueError
-        If a number is not finite, sigma is negative, or the bound is below the value. If the
-        coefficient is not identifiable and has no bound. Only a bound may be infinite.
+        If the value or sigma is not finite. If sigma is negative. If the bound is NaN or below the
+        value. If the coefficient is not identifiable and has no bound.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Coefficient(float):
 
     @property
     def known(self) -> bool:
-        """True if there is a value or at least a bound."""
+        """True if the coefficient has a value or a finite upper bound."""
         return math.isfinite(self._upper_bound)
 
     @property
@@ -110,12 +110,12 @@ class Coefficient(float):
         return self.value if self._identifiable else self._upper_bound
 
     def scaled(self, factor: float) -> "Coefficient":
-        """Return the coefficient in another unit, or inflated.
+        """Return the coefficient multiplied by a factor, to change its unit or to inflate it.
 
         Parameters
         ----------
         factor : float
-            Factor of value, standard error and bound; positive.
+            Positive factor that multiplies value, standard error and bound.
 
         Returns
         -------

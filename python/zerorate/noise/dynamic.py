@@ -91,9 +91,9 @@ def dynamic_allan(
         Sampling rate, Hz. Default: the rate of a `Log`.
     window : float, optional
         Length of the window, s. Default: a tenth of the record. Averaging times end at a tenth of
-        the window, because longer ones would be too uncertain.
+        the window, because deviations at longer times would be too uncertain.
     step : float, optional
-        Time from one window to the next, s. Default: about fifty windows in the record.
+        Time from one window to the next, s. Default: chosen for about fifty windows in the record.
     kind, taus, unit, threads
         As in `allan`.
 
@@ -105,8 +105,8 @@ def dynamic_allan(
     Raises
     ------
     ValueError
-        If the window has fewer than 20 samples or is longer than the record, the step is not
-        positive, or another argument is not as described.
+        If the window has fewer than 20 samples or is longer than the record. If the step is not
+        positive. If another argument is not as described.
 
     Notes
     -----

@@ -283,12 +283,12 @@ _configuration_export = partial(
     document_export,
     returned="""\
     A coefficient that the record does not determine is written as its upper bound at 95 %, with a
-    comment. An unknown one has a comment in place of its number.""",
+    comment. An unknown coefficient has a comment in place of its number.""",
     faults="""\
 ValueError
-    If a model has a `doubt` or the record determines none of the numbers, without `doubtful`; if a
-    model is of the wrong quantity or of samples whose unit is not known, or rate or inflate
-    not positive and finite.""",
+    If `doubtful` is False, and a model has a `doubt` or the record determines none of its numbers.
+    If a model has the wrong quantity or an unknown unit. If rate or inflate is not positive and
+    finite.""",
     options="""\
 bounds : bool
     Write the upper bound of a coefficient that the record does not determine; default True. False
@@ -323,8 +323,8 @@ def to_kalibr(
     rostopic : str
         Topic of the recording; default "/imu0".
     inflate : float
-        Factor applied to every number, for noise that a record at rest does not show. Default 1.
-        The file notes another value.
+        Factor applied to every number, for noise that a record at rest does not show. Default 1. If
+        it is not 1, a comment in the file states it.
 
     Returns
     -------
@@ -377,14 +377,15 @@ def to_vins(
     Parameters
     ----------
     rate : float, optional
-        Rate of the IMU messages that VINS integrates, Hz. With it, standard deviations per sample
-        are written, which VINS expects. Default: continuous-time densities, as in most published
-        configurations.
+        Rate of the IMU messages that VINS integrates, Hz. If it is given, the file has standard
+        deviations per sample, as VINS expects. Default: densities of continuous time, as in most
+        published configurations.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without a model its lines are left out.
     inflate : float
-        Factor applied to every number. Default 1; the file notes another value. Users of VINS often
-        choose 10 or more, for vibration and other effects that its model omits.
+        Factor applied to every number. Default 1. If it is not 1, a comment in the file states it.
+        Users of VINS often choose 10 or more, for vibration and other effects that the noise model
+        of VINS omits.
 
     Returns
     -------
@@ -440,7 +441,8 @@ def to_orbslam3(
         Model of quantity "acceleration". Without a model its lines are left out. ORB-SLAM3 needs
         them: add them by hand.
     inflate : float
-        Factor applied to every number except the rate. Default 1; the file notes another value.
+        Factor applied to every number except the rate. Default 1. If it is not 1, a comment in the
+        file states it.
 
     Returns
     -------
@@ -494,8 +496,9 @@ def to_px4(
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without a model its lines are left out.
     inflate : float
-        Factor applied to every number. Default 1; the file notes another value. PX4's own values
-        are for a vibrating vehicle, and far above the values of a sensor at rest.
+        Factor applied to every number. Default 1. If it is not 1, a comment in the file states it.
+        PX4's default values are for a vibrating vehicle, and far above the values of a sensor at
+        rest.
 
     Returns
     -------
@@ -506,8 +509,8 @@ def to_px4(
     -----
     EKF2 takes standard deviations per step, not densities. At every step of dt it adds (dt
     EKF2_GYR_NOISE)^2 to the variance of the angle, and (dt EKF2_GYR_B_NOISE)^2 to the variance of
-    the bias. These are N^2 dt and K^2 dt if the parameters are N sqrt(rate), in rad/s, and K
-    sqrt(rate), in rad/s^2.
+    the bias. These two terms must be N^2 dt and K^2 dt. The parameters are therefore N sqrt(rate),
+    rad/s, and K sqrt(rate), rad/s^2.
 
     Examples
     --------
@@ -541,7 +544,7 @@ def to_ros(
     doubtful: bool = False,
     force: bool = False,
 ) -> str:
-    """Return the model as the covariances of ``sensor_msgs/Imu``, for robot_localization too.
+    """Return the model as the covariances of ``sensor_msgs/Imu``, also for robot_localization.
 
     Parameters
     ----------
@@ -551,8 +554,8 @@ def to_ros(
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without a model its line is left out.
     inflate : float
-        Factor applied to the standard deviations; covariances grow with its square. Default 1; the
-        file notes another value.
+        Factor applied to the standard deviations; covariances grow with its square. Default 1. If
+        it is not 1, a comment in the file states it.
 
     Returns
     -------
@@ -563,7 +566,7 @@ def to_ros(
     -----
     The diagonal is N^2 rate, the variance of one message's white noise. The message has no field
     for the random walk of the bias, and robot_localization does not estimate a gyro bias. Therefore
-    publish rates without bias. A first element of -1 means that there is no orientation
+    publish rates without bias. If the first element is -1, the message has no orientation
     (``sensor_msgs/Imu.msg``).
 
     Examples

@@ -34,10 +34,11 @@ class FittedModel(NoiseModel):
     method : str
         Data or method of the fit: name of a deviation, ``"whittle"`` or ``"polynomial"``.
     chi_squared, degrees_of_freedom : float, int
-        Weighted sum of squared residuals without `misfit`, and its expectation.
+        Weighted sum of squared residuals, and its expected value. The weights do not include
+        `misfit`.
     misfit : float
         Relative error of the model's variances that explains the residuals; 0 if chance explains
-        them. Standard errors include it.
+        them. Standard errors of the coefficients include `misfit`.
 
     Examples
     --------

@@ -38,8 +38,8 @@ def to_json(
     Returns
     -------
     str
-        Every coefficient with value, standard error, identifiability, bound and unit, exact to the
-        last bit; null if unknown. For a `FittedModel` also the quality of the fit.
+        Text with value, standard error, identifiability, bound and unit of each coefficient. No
+        digit is lost, and unknown numbers are null. A `FittedModel` adds the quality of its fit.
 
     Examples
     --------

@@ -86,7 +86,7 @@ KINDS: Final[dict[str, Kind]] = {
 
 
 def kind(name: str) -> Kind:
-    """Return the deviation of this name; for an unknown name, ValueError lists the known names."""
+    """Return the kind of deviation with this name; an unknown name raises ValueError."""
     if name not in KINDS:
         raise ValueError(f"unknown kind {name!r}; known: {', '.join(KINDS)}")
     return KINDS[name]

@@ -25,7 +25,7 @@ class LowPass:
     Parameters
     ----------
     corner : Coefficient
-        Frequency at which the density is half, Hz.
+        Frequency at which the filter halves the power density, Hz.
     order : float
         Order of the filter; infinite for a moving average.
 
@@ -45,7 +45,7 @@ class LowPass:
             raise ArgumentError("order", f"must be positive, got {self.order}")
 
     def passed_share(self, rate: float) -> float:
-        """Return the share of white noise variance that passes at a sampling rate in Hz.
+        """Return the share of the white noise's variance that passes, for a sampling rate in Hz.
 
         Examples
         --------

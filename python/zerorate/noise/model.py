@@ -29,6 +29,9 @@ T = TypeVar("T")
 class DiscreteSigmas(NamedTuple):
     """Standard deviations per sample.
 
+    For an accelerometer, replace rad/s below by m/s^2. If the unit is unknown, rad/s stands for the
+    unit of the samples.
+
     Parameters
     ----------
     white : float
@@ -37,8 +40,6 @@ class DiscreteSigmas(NamedTuple):
     walk_step : float
         K / sqrt(rate) in rad/s: the standard deviation of the random walk's step from one sample to
         the next. Its square is the process noise Q of the bias.
-
-    The units are m/s^2 for an accelerometer, and the unit of the samples if that unit is unknown.
 
     Examples
     --------
@@ -57,10 +58,10 @@ class DiscreteSigmas(NamedTuple):
 class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
-    Each coefficient is a `Coefficient`, a float with its standard error. Plain numbers count as
-    exact; 0 means no noise of this kind. A coefficient that is None or not given is *unknown*.
-    Curves and simulations leave it out, exports state that it is unknown, and its `conservative`
-    value is infinite.
+    Each coefficient is a `Coefficient`, a float with its standard error. A plain number gets the
+    standard error 0; the number 0 means no noise of this kind. A coefficient that is None or not
+    given is *unknown*. Curves and simulations leave it out, exports state that it is unknown, and
+    its `conservative` value is infinite.
 
     Parameters
     ----------
@@ -81,13 +82,14 @@ class NoiseModel(Result):
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
     quantity : {"angular rate", "acceleration", "unknown"}
-        Measured quantity. "acceleration": every rad above is a metre, and `angle_random_walk` is
+        Measured quantity. "acceleration": replace rad/s above by m/s^2; `angle_random_walk` is then
         the velocity random walk in m/s^2/sqrt(Hz). "unknown", for a record without a known unit:
-        every rad/s above is the unit of the samples, nothing can be converted, and JSON is the only
-        export.
+        replace rad/s above by the unit of the samples. A model of this quantity cannot be
+        converted, and JSON is its only export.
     doubt : str
-        Reason not to trust the numbers, a sentence. `zerorate.allan` sets it for a record that
-        moved or is too short. Exports of such a model raise an error unless forced. Default: none.
+        Reason not to trust the numbers, as a sentence. `zerorate.allan` sets it for a record that
+        moved or is too short. Exports of a model with a doubt raise an error if `doubtful` is
+        False. Default: none.
     low_pass : LowPass, optional
         Filter between noise and samples. The coefficients are valid below its corner. The variance
         of a sample is then less than N^2 times the rate.
@@ -97,8 +99,8 @@ class NoiseModel(Result):
     Raises
     ------
     ValueError
-        If a coefficient is not a finite number, or is negative and not the ramp; or if another
-        field is not as described.
+        If a coefficient is not a finite number. If a coefficient other than the ramp is negative.
+        If another field is not as described.
 
     Notes
     -----
@@ -151,13 +153,13 @@ class NoiseModel(Result):
 
     @property
     def band(self) -> str:
-        """Band of the coefficients, in words; empty for the full band."""
+        """Frequency band in which the coefficients are valid, in words; empty without limits."""
         return describe_band(self.low_pass, self.up_to)
 
     @classmethod
     @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Read a model written by `to_json`, equal to the last bit.
+        """Return the model that `to_json` wrote, without loss of digits.
 
         `FittedModel.from_json` also reads the quality of the fit; `NoiseModel.from_json` does not.
 
@@ -180,7 +182,7 @@ class NoiseModel(Result):
         Returns
         -------
         ndarray of float64, the shape of `taus`
-            In rad/s (m/s^2 for an accelerometer), the root of the sum of
+            Deviation in rad/s (m/s^2 for an accelerometer): the square root of the sum of
 
             - 3 Q^2/tau^2 + N^2/tau + (2 ln 2/pi) B^2 + K^2 tau/3 + R^2 tau^2/2,
             - (q_c T_c)^2/tau [1 - T_c/(2 tau) (3 - 4 exp(-tau/T_c) + exp(-2 tau/T_c))] for each
@@ -212,7 +214,7 @@ class NoiseModel(Result):
         Returns
         -------
         ndarray of float64, the shape of `taus`
-            In rad/s (m/s^2 for an accelerometer), the root of the sum of
+            Deviation in rad/s (m/s^2 for an accelerometer): the square root of the sum of
 
             - (10/3) Q^2/tau^2 + N^2/tau + 0.8113 (2 ln 2/pi) B^2 + K^2 tau/6,
             - (q_c T_c)^2/tau [1 - T_c/(6 tau) (10 - 15 e^(-x) + 6 e^(-2 x) - e^(-3 x))],
@@ -226,21 +228,21 @@ class NoiseModel(Result):
 
         Notes
         -----
-        It follows from the variance of the third difference of the angle, over 6 tau^2: W. J. Riley
-        and D. A. Howe, "Handbook of Frequency Stability Analysis", NIST SP 1065, 2008, section
-        5.2.8.
+        The formula follows from the variance of the third difference of the angle, over 6 tau^2: W.
+        J. Riley and D. A. Howe, "Handbook of Frequency Stability Analysis", NIST SP 1065, 2008,
+        section 5.2.8.
         """
         return deviation(self, taus, HADAMARD)
 
     def in_units(self, unit: str) -> Coefficient:
-        """Return the coefficient with the kind of a unit, in this unit.
+        """Return the coefficient that a unit selects, converted to this unit.
 
         Parameters
         ----------
         unit : str
-            A unit of `zerorate.units`. Its kind selects the coefficient: angle random walk N, rate
-            B, rate random walk K, rate ramp R, angle Q. For an accelerometer it is the same with
-            acceleration.
+            Unit from `zerorate.units`. Its kind selects the coefficient: angle random walk N, rate
+            B, rate random walk K, rate ramp R, angle Q. For an accelerometer, use the units of
+            acceleration instead.
 
         Returns
         -------
@@ -250,7 +252,7 @@ class NoiseModel(Result):
         Raises
         ------
         ValueError
-            If the unit is unknown, no coefficient of this quantity has this kind of unit, or the
+            If the unit is unknown. If no coefficient of this quantity has this kind of unit. If the
             unit of the model is unknown.
 
         Examples
@@ -334,12 +336,14 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     Returns
     -------
     NoiseModel
-        - A coefficient is the largest among the axes that identify it, with its standard error.
-        - If no axis identifies it, it has the largest upper bound.
-        - It is unknown only if it is unknown in all axes.
+        - A coefficient has the largest value of the axes that determine it, with its standard
+          error.
+        - If no axis determines a coefficient, it has the largest upper bound.
+        - A coefficient is unknown only if it is unknown in all axes.
         - Ramps are compared by absolute value.
         - Markov terms and sinusoids come from the axis with the largest sum of their variances.
-        - The doubts of all axes are joined, and the low-pass filter has the lowest corner.
+        - The doubts of all axes are joined. The low-pass filter is the filter with the lowest
+          corner.
 
     Raises
     ------

@@ -86,14 +86,14 @@ class Step(NamedTuple):
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
     """Return the time spans in which a sensor was not at rest.
 
-    A one-second window counts as motion if its variance is far outside the range of quiet windows,
-    or if the mean's step to the next window is. Windows of motion are merged across pauses under 5
-    s.
+    A one-second window counts as motion if its variance is far outside the range of quiet windows.
+    It also counts as motion if the mean changes far more to the next window than between quiet
+    windows. Windows of motion are merged if they are less than 5 s apart.
 
     Rotation at a constant rate looks like a bias and is detected only at its beginning and end.
-    Motion without a pause is detected under two conditions: its period exceeds about 4 s, and its
-    second means change by more than about 25 standard deviations of the noise. Otherwise it looks
-    like noise. Strong vibration and outliers count as motion; `hampel` removes outliers.
+    Motion without a pause is detected only if its period exceeds about 4 s. It must also change the
+    one-second means by more than about 25 standard deviations of the noise. Otherwise this motion
+    looks like noise. Strong vibration and outliers count as motion; `hampel` removes outliers.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     Returns
     -------
     tuple of Span
-        Spans in order, s. Empty for a sensor at rest, and for a record with under 20 windows or
-        without noise.
+        Spans in the order of time. Empty if the sensor is at rest, if the record has fewer than 20
+        windows, or if it has no noise.
 
     Raises
     ------

@@ -50,21 +50,21 @@ class AllanResult(Result):
     deviation : ndarray, by axis
         Deviation in `unit`, for time deviations in `unit` times s; NaN if gaps leave no term.
     lower, upper : ndarray, by axis
-        Bounds of the true deviation at `confidence`.
+        Bounds of the true deviation, for the probability `confidence`.
     edf : ndarray, by axis
         Equivalent degrees of freedom of the squared deviation.
     exponent : ndarray of int, by axis
-        Noise type: exponent alpha of the density of the rate, proportional to f^alpha. 2:
-        quantisation; 0: white (angle random walk); -1: flicker (bias instability); -2: rate random
-        walk.
+        Noise type: exponent alpha of the density of the rate, proportional to f^alpha. 2 is
+        quantisation, 0 white noise (angle random walk), -1 flicker noise (bias instability), -2
+        rate random walk.
     term_count : ndarray of int, by axis
         Number of terms in the mean of each deviation.
     factors : ndarray of int, shape (t,)
-        Averaging times in samples; for Thêo1, divided by 0.75.
+        Averaging times in samples. For Thêo1 these times are divided by 0.75.
     rate : float
         Samples per second, Hz.
     n : int
-        Number of samples of the record, with missing samples.
+        Number of samples of the record, including missing samples.
     unit : str
         Unit of the record; ``"unit"`` if it is unknown.
     names : tuple of str
@@ -74,8 +74,8 @@ class AllanResult(Result):
     notes : tuple of str
         Changes to the input and warnings, one sentence each.
     doubts : tuple of Doubt
-        Reasons not to trust the noise of each axis: the sensor moved, or the record is shorter than
-        21 s. Exports then raise an error.
+        For each axis, the reason not to trust its noise: the sensor moved, or the record is shorter
+        than 21 s. Exports of a doubtful axis raise an error.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class AllanResult(Result):
         Raises
         ------
         ValueError
-            If there is no such axis.
+            If the record does not have this axis.
         """
         if which not in (*range(len(self.names)), *self.names):
             raise ValueError(f"there is no axis {which!r}; there are {', '.join(self.names)}")
@@ -157,7 +157,8 @@ class AllanResult(Result):
             from the estimated noise. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to 2, for
             comparison with the literature.
         terms : sequence of str
-            Coefficients to estimate. Default: all five. Hadamard kinds do not show a ramp.
+            Names of the coefficients to estimate. Default: all five. Hadamard deviations do not
+            show a ramp.
         markov : int or sequence of float
             Number of Markov terms to estimate, or their correlation times in s.
         sinusoid : sequence of float
@@ -165,26 +166,27 @@ class AllanResult(Result):
 
         Returns
         -------
-        FittedModel, or a tuple with one per axis
-            A `NoiseModel` in SI units, or in the unit of the samples if this is unknown. Each
-            coefficient has a standard error, a 95 % upper bound, and a flag: True if the record
-            determines it. Coefficients that are not in `terms` are unknown.
+        FittedModel, or tuple of FittedModel
+            A `NoiseModel` for each axis, in SI units. If the unit of the samples is unknown, the
+            model has their unit. Each coefficient has a standard error, a 95 % upper bound, and a
+            flag that is True if the record determines it. Coefficients that are not in `terms` are
+            unknown.
 
         Raises
         ------
         ValueError
-            If the record is constant or has too few averaging times, this kind of deviation has no
-            model, or an argument is not as described.
+            If the record is constant or has too few averaging times. If this kind of deviation has
+            no model. If an argument is not as described.
 
         Notes
         -----
         A coefficient is identifiable if its square exceeds twice the standard error of the square.
         If chance does not explain the residuals of the curve, `misfit` is the relative model error
-        that explains them. Standard errors include it.
+        that explains them. Standard errors include `misfit`.
 
-        A curve has no samples, so a low-pass filter of the sensor cannot be detected here. N and B
-        of low-pass filtered samples are then wrong. Use `zerorate.characterise` or
-        `zerorate.noise.whittle`, which detect the filter.
+        A curve does not show a low-pass filter of the sensor. N and B from low-pass filtered
+        samples are therefore wrong. Use `zerorate.characterise` or `zerorate.noise.whittle`, which
+        detect the filter.
         """
         if len(self.names) > 1:
             models = (

@@ -193,7 +193,7 @@ def whittle(
 ) -> FittedModel:
     """Estimate noise coefficients by the likelihood of a record's spectrum.
 
-    It uses no Allan deviation, so it is a second opinion on `AllanResult.fit`.
+    The method uses no Allan deviation, so it checks `AllanResult.fit` independently.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def whittle(
         Unit of `z`, for instance "deg/s". Default: the unit of a `Log`. Without a unit the model is
         in the unit of the samples, and cannot be converted or exported.
     terms : sequence of str
-        Coefficients to estimate. Default: all five.
+        Names of the coefficients to estimate. Default: all five.
 
     Returns
     -------
@@ -215,15 +215,15 @@ def whittle(
     Raises
     ------
     ValueError
-        If the record has fewer than 64 samples without a gap or is constant, or an argument is not
+        If the record has fewer than 64 samples without a gap or is constant. If an argument is not
         as described.
 
     Notes
     -----
     P. Whittle, "Estimation and information in stationary time series", Ark. Mat. 2, 1953. The
     spectrum is averaged over narrow bands and over five sine tapers (K. S. Riedel, A. Sidorenko,
-    IEEE Trans. Signal Process. 43(1), 1995). The tapers suppress the leakage of a random walk. Each
-    band has a gamma distribution about the model.
+    IEEE Trans. Signal Process. 43(1), 1995). The tapers suppress the leakage of a random walk. The
+    mean of each band is assumed to have a gamma distribution about the model.
 
     Examples
     --------

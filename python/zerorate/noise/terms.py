@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
 FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
-"""Allan deviation of flicker noise over its bias instability B, 0.664."""
+"""Allan deviation of flicker noise divided by its bias instability B: 0.664."""
 
 _FLICKER_RATIO: Final = math.log(256.0 / 27.0) / (4.0 * math.log(2.0))
 _SERIES_BELOW: Final = 0.25
@@ -31,8 +31,8 @@ class Markov:
     Parameters
     ----------
     amplitude : float
-        q_c in rad/s^2/sqrt(Hz), the density of the white noise that drives it. Its variance is
-        q_c^2 T_c / 2.
+        q_c in rad/s^2/sqrt(Hz), the density of the driving white noise. The variance of the Markov
+        noise is q_c^2 T_c / 2.
     time : float
         Correlation time T_c in s, positive. Well below T_c the noise is a random walk with K = q_c;
         well above T_c it is white with N = q_c T_c.
@@ -40,7 +40,7 @@ class Markov:
     Raises
     ------
     ValueError
-        If a number is not finite, the amplitude is negative or the time is not positive.
+        If a number is not finite. If the amplitude is negative or the time is not positive.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class Sinusoid:
     Raises
     ------
     ValueError
-        If a number is not finite, the amplitude is negative or the frequency is not positive.
+        If a number is not finite. If the amplitude is negative or the frequency is not positive.
 
     Examples
     --------

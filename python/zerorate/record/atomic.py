@@ -32,10 +32,16 @@ def check_writable(
     ------
     FileExistsError
         If the file exists and ``force`` is false.
-    FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
-        If the folder does not exist or is a file, the path is a folder, or writing is not allowed.
+    FileNotFoundError
+        If the folder does not exist.
+    NotADirectoryError
+        If the folder is a file.
+    IsADirectoryError
+        If the path is a folder.
+    PermissionError
+        If writing is not allowed.
     OSError
-        If the path is a device or a pipe, which a file would replace.
+        If the path is a device or a pipe, because a file would replace it.
 
     Examples
     --------
@@ -80,7 +86,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     Raises
     ------
     OSError
-        Errors of `check_writable`, before the body runs.
+        If `check_writable` fails, before the body of ``with`` runs.
 
     Examples
     --------

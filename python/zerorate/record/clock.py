@@ -25,31 +25,35 @@ class ClockReport:
     stamped
         True if the file had timestamps.
     jitter_rms, jitter_max
-        RMS and largest deviation of the stamps from that clock, s; for arrival stamps, the delay.
+        RMS and largest deviation of the stamps from this clock, s. For stamps of arrival, the
+        deviation is the delay.
     repeated_count, backward_count
-        Numbers of stamps equal to, and less than, the stamp before. Their rows stay in file order.
+        Number of stamps equal to the stamp before, and number of stamps less than the stamp before.
+        Their rows stay in file order.
     gap_count, missing_count
         Number of gaps, and number of NaN rows inserted there.
     longest_gap
-        Longest step between two stamps at a gap, s.
+        Longest interval between the two stamps at a gap, s.
     burst_count
-        Number of bursts in which samples arrived, for arrival stamps; else 0.
+        Number of bursts in which samples arrived; 0 if the stamps are no times of arrival.
     repeat_count
         Number of rows left out because they repeat the row before: the sensor is slower than the
         log.
     wander
-        Largest difference between uniform clock and stamps, s, if the clock wanders; else 0. The
-        stamps are then kept, and the jitter is relative to the wandering clock.
+        Largest difference between uniform clock and stamps, s, if the rate of the clock changes;
+        else 0. In this case the log keeps the stamps, and the jitter is relative to the changing
+        clock.
     slowest, fastest
-        Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
+        Slowest and fastest rate of a changing clock, Hz, as means over a fortieth of the log. 0 if
+        the rate does not change.
     step_rms
-        Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
-        excluded.
+        Standard deviation of the intervals between stamps, s. Missing samples and repeated stamps
+        are excluded.
     late_count
-        Number of steps above 1.5 periods without a missing sample.
+        Number of intervals between stamps that exceed 1.5 periods although no sample is missing.
     restart_count
-        Number of backward steps over 1 s: the clock restarted. The length of the pause is unknown,
-        so 10 s count as missing, or the log's length if shorter.
+        Number of restarts of the clock: steps back by more than 1 s. The length of a pause is
+        unknown, so 10 s count as missing, or the length of a shorter log.
 
     Examples
     --------
@@ -78,12 +82,12 @@ class ClockReport:
 
     @property
     def regular(self) -> bool:
-        """True if there are timestamps without any fault."""
+        """True if the file had timestamps, and they have no fault."""
         return self.stamped and not self._faults()
 
     @property
     def as_stated(self) -> bool:
-        """True if the rate is the stated rate, and no stamps contradict it."""
+        """True if the rate is the stated rate and stamps do not contradict it."""
         return not self.stamped and not self._faults()
 
     def summary(self) -> str:

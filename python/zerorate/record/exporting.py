@@ -10,15 +10,16 @@ _Documented = TypeVar("_Documented", bound=Callable[..., Any])
 _SECTIONS: Final = ("Parameters", "Returns", "Raises", "Notes", "Examples")
 _SECTION_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
 _PATH_DOC: Final = """path : str or path, optional
-    A file to write as well{}. Default: none."""
+    Path of a file to which the text is written{}. Default: no file."""
 _FORCE_DOC: Final = """force : bool
     Replace an existing file; default False."""
 _FAULT_DOC: Final = """OSError
-    If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
+    If the file exists and `force` is False, or if the file cannot be written. No incomplete file
+    remains."""
 _SOURCE_DOC: Final = """source : str or path
     The text, beginning with ``{``, or the path of a file."""
 _RAISES_DOC: Final = """ValueError
-    If it is not such a text, or has an unknown version.
+    If the text is not from ``to_json``, or has an unknown version.
 OSError
     If the file cannot be read."""
 

@@ -18,7 +18,7 @@ from zerorate.types import Floats, Integers
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fixes:
-    """Fixes of a receiver, n of them, as `read_fixes` and `simulate_drive` return them.
+    """n fixes of a receiver, as `read_fixes` and `simulate_drive` return them.
 
     Parameters
     ----------
@@ -49,8 +49,9 @@ class Fixes:
     Raises
     ------
     ValueError
-        If a shape is wrong, a time or position is missing or impossible, or times do not increase.
-        Also if a standard deviation is not positive, or quality or satellites are not integers.
+        If a shape is wrong, or times do not increase. If a time or position is missing or
+        impossible. If a standard deviation is not positive. If quality or satellites are not
+        integers.
 
     Examples
     --------
@@ -131,7 +132,7 @@ class Fixes:
         return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
 
     def poses(self, origin: npt.ArrayLike) -> Poses:
-        """Return the positions in metres east, north and up from an origin (deg, deg, m)."""
+        """Return the positions in m east, north and up from an origin in deg, deg, m."""
         known = np.isfinite(self.position).all(axis=1)
         ned = local_ned(self.position[known], floats(origin, "origin"))
         unknown = np.full((len(ned), 4), np.nan)

@@ -35,8 +35,8 @@ class LogError(ValueError):
     Attributes
     ----------
     argument : str or None
-        Keyword of the argument that requested something the log lacks; None if the log itself is at
-        fault.
+        Keyword of the argument with a request that the log does not meet; None if the log itself is
+        wrong.
     """
 
     def __init__(self, message: str, argument: str | None = None) -> None:
@@ -78,8 +78,8 @@ class Log(OneArray, Shown):
     rate
         Samples per second, Hz.
     data
-        Shape (n,) or (n, k), in ``unit``; NaN marks a missing sample. Kept as C-contiguous
-        float64 of shape (n, k).
+        Shape (n,) or (n, k), in ``unit``; NaN marks a missing sample. Stored as a C-contiguous
+        float64 array of shape (n, k).
     names
         Names of the channels, all different.
     unit
@@ -89,8 +89,8 @@ class Log(OneArray, Shown):
         Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a `ClockReport`),
         ``notes`` (a tuple of sentences) and, if given, ``sensor``.
     stamps
-        Time of each sample, s, shape (n,), if the clock wanders and ``time`` is wrong; else None.
-        Use `sampled` for integration and for alignment with another clock.
+        Time of each sample, s, shape (n,), if the rate of the clock changes; else None. Use
+        `sampled`, not ``time``, for integration and for alignment with another clock.
     extra
         Further columns by name: numbers or flags of shape (n,), with the unit in the name
         (``bias_sigma_gyro_z_dps``). They are saved with the channels; filters ignore them.
@@ -172,17 +172,17 @@ class Log(OneArray, Shown):
 
     @property
     def duration(self) -> float:
-        """Length in seconds, ``n / rate``: each sample stands for one period."""
+        """Length in seconds, ``n / rate``: each sample counts for one period."""
         return self.n / self.rate
 
     @property
     def sampled(self) -> Floats:
-        """Time of each sample, s, shape (n,): the stamps if they are kept, else `time`."""
+        """Time of each sample, s, shape (n,): `stamps`, or `time` if there are no stamps."""
         return self.time if self.stamps is None else self.stamps
 
     @property
     def steps(self) -> Floats | None:
-        """Time since the previous sample, s, shape (n,); None if it follows from the rate."""
+        """Time since the previous sample, s, shape (n,); None if it is always ``1 / rate``."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
         # Stamps may be large numbers in which only the last bits change.
         parts = (steps[a : a + _CHUNK_ROWS] for a in range(0, len(steps), _CHUNK_ROWS))
@@ -201,7 +201,7 @@ class Log(OneArray, Shown):
         return int(np.isnan(self.data).any(axis=1).sum())
 
     def with_data(self, data: npt.ArrayLike) -> Log:
-        """Return this log with other values of the same shape, such as a filter's output.
+        """Return this log with new values of the same shape, such as a filter's output.
 
         Stamps, extra columns and all other fields stay.
 

@@ -25,22 +25,22 @@ class TimeOffset(Result):
     sigma : float
         Standard deviation of `seconds`, s; infinite if not identifiable.
     velocity_seconds : float
-        Offset to add to the times of velocities, s; NaN if it equals `seconds`. Receivers may
-        filter velocities separately.
+        Offset to add to the times of velocities, s; NaN if it is equal to `seconds`. It can differ
+        because receivers may filter velocities separately.
     velocity_sigma : float
         Standard deviation of `velocity_seconds`, s.
     rate : float
-        Growth of the offset, s per s.
+        Growth of the offsets, s per s.
     rate_sigma : float
         Standard deviation of `rate`, s per s.
     middle : float
-        Time of a fix at which the offsets are valid, s.
+        Time of a fix to which both offsets refer, s. At other times, `rate` changes them.
     nis : float
-        Mean normalised innovation squared per scalar with this offset, 1 if the model is right; NaN
+        Mean normalised innovation squared per scalar with this offset; 1 if the model is right, NaN
         if unknown.
     antenna : tuple of float or None
-        Vector from the sensors to the antenna, m forward, right, down, estimated together with the
-        offset; None if not estimated.
+        Vector from the sensors to the antenna, m forward, right, down. It is estimated together
+        with the offset; None if not estimated.
     antenna_sigma : tuple of float or None
         Standard deviations of `antenna`, m.
 
@@ -81,7 +81,7 @@ class TimeOffset(Result):
 
     @property
     def identifiable(self) -> bool:
-        """True if the record determines the offset. The vehicle must change its velocity."""
+        """True if the record determines the offset, which requires changes of velocity."""
         return math.isfinite(self.sigma)
 
     @property
@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Return True if the difference is significant and at least `min_difference`."""
+        """Return True if it differs from `stated` significantly and by over `min_difference`."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

@@ -85,7 +85,7 @@ class Poses(Oriented):
         Returns
         -------
         Poses
-            Poses at `times`; NaN in longer intervals.
+            Poses at `times`; NaN in intervals longer than `max_gap`.
         """
         after = np.clip(np.searchsorted(self.time, times), 1, max(len(self) - 1, 1))
         if len(self) == 1:

@@ -100,7 +100,7 @@ class Recording(Mapping[str, Log]):
 
     @property
     def position(self) -> Log | None:
-        """First position, for example of a GNSS receiver; its channels can differ in unit."""
+        """First position, for example of a GNSS receiver; its channels can have different units."""
         return self.logs.get("position")
 
     @property
@@ -108,7 +108,7 @@ class Recording(Mapping[str, Log]):
         """Fixes of the receiver in the source, read at first access; None without fixes.
 
         `zerorate.read_fixes` returns the same for the whole source. Raises LogError if positions in
-        the source are no fixes, OSError if the file can no longer be read.
+        the source are no fixes. Raises OSError if the file can no longer be read.
         """
         return self.supplement.fixes
 
@@ -126,7 +126,7 @@ class Recording(Mapping[str, Log]):
         return self.supplement.read_device()
 
     def tables(self, *prefixes: str) -> Tables:
-        """Return name and columns of the source's tables with names that begin with a prefix.
+        """Return name and columns of the source's tables with one of these name prefixes.
 
         The file is opened again. Raises LogError or OSError if that fails.
         """

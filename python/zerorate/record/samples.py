@@ -30,7 +30,7 @@ class Samples:
     log : Log
         Log of the gyro, with the clock of all samples.
     dt : ndarray, shape (n,), or None
-        Time since the previous sample, s; None for a regular clock.
+        Time since the previous sample, s; None if it is always one period.
     notes : tuple of str
         Sentences on clocks and on omitted samples.
     """

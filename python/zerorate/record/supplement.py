@@ -37,7 +37,7 @@ class Supplement:
     read_fixes, read_mounting, read_device : callable
         Readers of each part; they return None if the source does not have it.
     read_tables : callable
-        Reader of the tables with names that begin with given prefixes, with all columns.
+        Function that reads the tables with given name prefixes, with all columns.
     """
 
     read_fixes: Callable[[], Fixes | None] = return_none

@@ -89,9 +89,9 @@ def plot_allan(
     selects the unit.
 
     `result` has one panel per axis, four in a row. All results need the same kind of deviation and
-    unit. `models` has one model per axis. The figure shows the model's deviation, and a mark for
-    each identifiable term where IEEE Std 952 reads it. A triangle marks the bound of a term that is
-    not identifiable. `title` is the title of the figure; default none.
+    unit. `models` has one model per axis. The figure shows the model's deviation. Each identifiable
+    term has a mark at the averaging time where IEEE Std 952 reads it. A triangle marks the bound of
+    a term that is not identifiable. `title` is the title of the figure; default none.
 
     ValueError: if the number of models and axes differ, or results differ in kind or unit.
     """

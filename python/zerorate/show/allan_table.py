@@ -44,7 +44,7 @@ def format_characterised(result: Characterised) -> str:
 def format_allan_notes(sensors: Sequence[Characterisation]) -> str:
     """Return sentences on motion, gaps, fits and the log.
 
-    The text is empty if there are none.
+    The text is empty if there are no sentences.
     """
     return bullet_list(collect_notes(sensors))
 

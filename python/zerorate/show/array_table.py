@@ -18,7 +18,7 @@ _GAIN_LABELS: Final = ("mean over array", "sensor over array")
 
 
 def format_array(replay: ArrayReplay) -> str:
-    """Return a table with one row per sensor, the plain mean and the array, and the gains."""
+    """Return a table with the gains, and a row for each sensor, the plain mean and the array."""
     kinds = [i for i in range(len(SAMPLE_FATES)) if i == 0 or replay.shares[:, i].any()]
     head = ("", *(SAMPLE_FATES[i] for i in kinds), "weight")
     rows = [*_sensor_rows(replay, kinds)]
@@ -110,7 +110,7 @@ def _describe_gain(replay: ArrayReplay) -> str:
 
 
 def format_accelerometers(replay: ArrayReplay) -> str:
-    """Return a table with a row per accelerometer, the plain mean and the fusion, and the gains."""
+    """Return a table with the gains, and a row for each sensor, their mean and the fusion."""
     fused = replay.accel
     assert fused is not None
     used = fused.weights > 0.0

@@ -64,9 +64,9 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     The panels have one time axis:
 
     - Euler angles
-    - two standard deviations of heading and inclination, with the errors if there is a reference
+    - ±2 σ of heading and of inclination, and their errors if there is a reference
     - bias and, if known, scale error of the gyro
-    - significant elements of its misalignment
+    - significant elements of the gyro's misalignment
     - events of the filter, a row for each kind
 
     Rest is grey, and a disturbed field is rose.

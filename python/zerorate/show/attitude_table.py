@@ -34,8 +34,8 @@ _FRAME_NAMES: Final = {
 def format_attitude(estimate: AttitudeEstimate) -> str:
     """Return the tables of an attitude, at most `WIDTH` columns wide.
 
-    They have the angles with standard deviations, rest and disturbance, the gyro errors, and notes.
-    With a reference, they have the true errors, too.
+    They show the angles with standard deviations, the times of rest and of a disturbed field, the
+    gyro errors, and notes. If there is a reference, they show the errors relative to it.
     """
     return "\n\n".join(filter(None, _format_parts(estimate)))
 

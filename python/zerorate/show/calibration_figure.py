@@ -43,8 +43,8 @@ def plot_calibration(
 
     - raw accelerometer log with the rests
     - poses on the sphere, with gaps shaded
-    - error of the norm at each rest and of each rotation, before and after
-    - scale error and misalignment with their errors
+    - error of gravity at each rest and after each rotation, before and after the calibration
+    - scale error and misalignment with their standard errors
     - information of the record about each parameter
 
     `recording`: the calibrated recording. Its log and its rests become the top panel. `everything`:

@@ -44,7 +44,7 @@ def format_calibration(calibration: Calibration) -> str:
     """Return the tables of a calibration, at most `WIDTH` columns wide.
 
     The order is: verdict, problems, each sensor, the rotation between the sensors, errors before
-    and after, rests and rotations, advice.
+    and after the calibration, rests and rotations, advice.
     """
     return "\n\n".join(filter(None, _format_parts(calibration)))
 

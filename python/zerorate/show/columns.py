@@ -28,11 +28,11 @@ _AXES: Final = "xyz"
 
 
 def columns_of(result: object) -> tuple[Columns, dict[str, str]]:
-    """Return the columns of a log or a result by name, all of one length, and metadata.
+    """Return the columns of a log or a result by name, all of equal length, and the metadata.
 
-    A result with samples has the columns of its log, with rate, unit and names as metadata. Another
-    result has a row for each of its parts. Next to each estimated parameter are ``*_sigma``,
-    ``*_identifiable`` and ``*_upper``.
+    A result with samples has the columns of its log, with rate, unit and names as metadata. A
+    result without samples has a row for each axis, finding or parameter. Next to each estimated
+    parameter are ``*_sigma``, ``*_identifiable`` and ``*_upper``.
     """
     log = _log_of(result)
     if log is not None:

@@ -40,8 +40,8 @@ def format_regret(regret: Regret) -> str:
     Returns
     -------
     str
-        Lines without a final line end. They have the regret with its mean and maximum, and the
-        coverage of methods with a standard deviation. Models with a decaying drift are listed
+        Lines without a final line end. They show the regret with its mean and maximum. For methods
+        with a standard deviation they show the coverage. Models with a decaying drift are listed
         separately.
 
     Examples

@@ -200,10 +200,10 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) -> str:
     """Return the tables of each kind, at most `WIDTH` columns wide, with notes.
 
-    A dash replaces a number without meaning.
+    A dash marks an undefined number.
 
     `per_axis`: True gives tables for every axis. By default each number is the mean over all axes
-    of all recordings of the kind, with the worst axis next to it.
+    of all recordings of the kind. The worst axis is next to the mean.
     """
     return "\n\n".join(
         part for comparison in comparisons for part in _format_parts(comparison, per_axis)

@@ -67,7 +67,7 @@ def plot_identification(identification: Identification, everything: bool = False
 
     The panels are:
 
-    - record with the means of its segments and its motion
+    - record with its motion and the means of its segments
     - spectrum of the record and of the models
     - autocorrelation, and the criteria of all orders
     - autocorrelation and quantiles of the residuals

@@ -100,8 +100,8 @@ def plot_track(
     """Return the figure of a track, as wide as a page column.
 
     The top panel is the path in metres, with fixes and ellipses for 95 % of the errors. The other
-    panels have one time axis: speed, standard deviations of position and orientation, and the
-    biases with two standard deviations.
+    panels have one time axis: speed, 2 σ of position and of orientation, and the biases with a band
+    of ±2 σ.
 
     `outages`: result of ``zerorate.navigation.outages``. The longest outages are marked, with the
     filter's track in them. `nis`: result of `Track.nis`. `everything`: also show the normalised
@@ -149,12 +149,12 @@ def plot_outages(
 ) -> Figure:
     """Return a figure of the growth of errors in outages, 180 mm wide.
 
-    Both panels are over the time since the last fix. The upper panel is the RMS error over all
-    outages. It compares a held position, a held velocity, the filter, and the smoother if there is
-    one. The lower panel is the error of the filter in each outage.
+    The time axis of both panels is the time since the last fix. The upper panel is the RMS error
+    over all outages. It compares a held position, a held velocity, the filter, and, if requested,
+    the smoother. The lower panel is the error of the filter in each outage.
 
-    `others`: further filters by name, with the same fixes. `seconds`: the length of the outages;
-    default the longest.
+    `others`: outages of further filters by name, with the same fixes. `seconds`: length of the
+    outages; default the longest.
 
     Raises KeyError if there are no outages of this length.
     """

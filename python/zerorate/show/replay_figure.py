@@ -57,10 +57,10 @@ _FLATTENING_RATIO: Final = 5.0
 def plot_replay(replay: Replay, everything: bool = False) -> Figure:
     """Return the figure of a replay, as wide as a page column.
 
-    The panels have one time axis. The first panel is the raw rate of all axes; its width is the
-    middle 90 % of each pixel's samples. Below are the biases of the first five axes, with two
-    standard deviations and the means of the raw rate at rest. Motion is shaded, and a stuck or
-    saturated sensor is shaded, too.
+    The panels have one time axis. The first panel is the raw rate of all axes; its band covers the
+    middle 90 % of the samples in each pixel. Below are the biases of the first five axes, with a
+    band of ±2 σ and the means of the raw rate at rest. Motion is grey, and a stuck or saturated
+    sensor is rose.
 
     With `everything` all panels are drawn, including Allan deviations and the learned noise, gain
     or drift. Each of the first six axes has a column. The figure is as wide as two page columns.

@@ -63,7 +63,7 @@ def format_replays(replays: Replays) -> str:
 
 
 def format_bias(replay: Summary) -> str:
-    """Return the bias of each axis at the end, its time at rest, and the error of a held bias.
+    """Return each axis's bias at the end, time at rest, and error if the bias is held.
 
     The table has a row for each axis. For "auto" it includes the learned noise.
     """
@@ -147,8 +147,8 @@ def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
 def format_table(replay: Summary) -> str:
     """Return a table with a row for each axis and method, at most `WIDTH` columns wide.
 
-    It has a title, two heading lines, the rows, and notes on the numbers. A dash replaces a number
-    without meaning.
+    It has a title, two heading lines, the rows, and notes on the numbers. A dash marks an undefined
+    number.
 
     `replay`: replay to show. If it has a true bias, the table has the error relative to it.
     """
@@ -162,7 +162,7 @@ def format_table(replay: Summary) -> str:
 def format_learned(replay: Summary) -> str:
     """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
 
-    It has a row for each axis. It is empty for published methods, which have no such parameters.
+    It has a row for each axis. It is empty for published methods, because they learn no parameters.
     """
     if replay.method != "auto":
         return ""
@@ -184,7 +184,7 @@ def format_learned(replay: Summary) -> str:
 def format_notes(replay: Summary) -> str:
     """Return sentences on the log's clock, gaps and notes, and on the filter's actions.
 
-    The text is empty if there are none.
+    The text is empty if there are no sentences.
     """
     return bullet_list(replay.notes)
 

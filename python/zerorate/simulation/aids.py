@@ -49,7 +49,7 @@ def barometer(
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the readings, Hz. All other samples are NaN.
+        Rate of the readings, Hz. Samples without a reading are NaN.
     sigma : float
         Standard deviation of the white noise, as a height, m.
     reference : float
@@ -110,7 +110,7 @@ def compass_heading(
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the readings, Hz. All other samples are NaN.
+        Rate of the readings, Hz. Samples without a reading are NaN.
     sigma : float
         Standard deviation of the white noise, rad.
     offset : float
@@ -171,12 +171,13 @@ def magnetometer(
     drive : SimulatedDrive
         Simulated vehicle of n samples.
     rate : float
-        Rate of the readings, Hz. All other samples are NaN.
+        Rate of the readings, Hz. Samples without a reading are NaN.
     sigma : float
         Standard deviation of the white noise on each axis, uT.
     field, dip, declination : float
-        Earth's field: strength, uT, angle below the horizontal, rad, and angle from true north over
-        east, rad. Default: the field at the simulator's default place in 2026.
+        Earth's field: strength, uT; angle below the horizontal, rad; angle from true north to
+        magnetic north, rad, positive east. Default: the field at the simulator's default place in
+        2026.
     hard_iron : array_like, shape (3,)
         Field of the vehicle in the sensors' axes, uT.
     magnets : iterable of (float, float, array_like)
@@ -236,7 +237,7 @@ def antenna_baseline(
     baseline : array_like, shape (3,)
         Vector from the first to the second antenna, m forward, right, down.
     rate : float
-        Rate of the readings, Hz. All other samples are NaN.
+        Rate of the readings, Hz. Samples without a reading are NaN.
     sigma : float
         Standard deviation of the white noise on each axis, m.
     seed : int
@@ -281,7 +282,7 @@ def with_aids(drive: SimulatedDrive, **aids: npt.ArrayLike) -> Recording:
     Raises
     ------
     ValueError
-        If a name is not one of these.
+        If a name is unknown.
 
     Examples
     --------

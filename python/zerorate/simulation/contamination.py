@@ -48,15 +48,15 @@ class Contamination:
     Raises
     ------
     ValueError
-        If a number is out of range, or there is no fault. Also if there are outliers without `size`
-        or `size` without outliers, or `at_zero` without `stuck`.
+        If a number is out of range, or there is no fault. If there are outliers but no `size`, or a
+        `size` but no outliers. If `at_zero` is True and `stuck` is zero.
 
     Notes
     -----
     The standard deviation of a record is 1.4826/sqrt(2) times the median step size between samples.
-    For white noise this is its standard deviation, for any level, drift or unit. If half of the
-    steps are zero, as in a coarse output, their RMS replaces the median. A constant record has the
-    standard deviation zero, so its outliers have the size zero.
+    For white noise this equals the standard deviation of the noise. Level and drift of the record
+    do not change it. If half of the steps are zero, as in a coarse output, the RMS of the steps
+    replaces the median. In a constant record the outliers have the size zero.
 
     Examples
     --------
@@ -137,8 +137,8 @@ class Contamination:
         Raises
         ------
         ValueError
-            If `z` has another shape, or the rate is not positive and finite. Also if the seed is
-            not a whole number of at least 0.
+            If `z` does not have one or two dimensions, or the rate is not positive and finite. If
+            the seed is not a whole number of at least 0.
         """
         samples = np.array(z, dtype=np.float64)
         if samples.ndim not in (1, 2):

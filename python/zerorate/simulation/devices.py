@@ -1,9 +1,9 @@
 """Noise of a few well-known MEMS gyros, for simulation and comparison.
 
 The coefficients come from data sheets. A noise density or an angle random walk is N. An in-run bias
-stability or instability is B. None of these data sheets states a rate random walk, so K is chosen.
-Its Allan deviation equals the flat part of the curve at 1000 s. Single units differ from typical
-values by a factor of two or more.
+stability or instability is B. None of these data sheets states a rate random walk. K is chosen so
+that its Allan deviation at 1000 s equals the flat part of the curve. Single units differ from
+typical values by a factor of two or more.
 """
 
 import math

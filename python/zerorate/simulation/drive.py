@@ -167,7 +167,8 @@ def simulate_drive(
         Length of the drive, s, up to 3600. Default 400.
     seed : int
         Seed, at least 0. The same arguments give the same samples. Path, biases, fixes and each
-        noise have their own random streams. Another noise therefore does not change the path.
+        noise have their own random streams. A change of the noise therefore does not change the
+        path.
     latitude, longitude, height : float
         Start position: latitude within 85 deg, longitude within 180 deg, and height above the
         ellipsoid, m.
@@ -177,9 +178,9 @@ def simulate_drive(
     rest : float
         Duration of the rest at the start, s. Default 30.
     gyro, accel : NoiseModel, Device, "consumer" or None
-        Noise of each axis, without its constant bias. None means no noise. Default of the gyro:
-        1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s). Default of the accelerometer: 1e-3
-        m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s).
+        Noise of each axis, without its constant bias. None means no noise. The default has white
+        noise and a random walk of the bias. Gyro: 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s).
+        Accelerometer: 1e-3 m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s).
     gyro_bias, accel_bias : float or array_like, shape (3,)
         Constant biases of the gyro, rad/s, and the accelerometer, m/s^2. One number is the standard
         deviation of random biases. Three numbers are the biases.
@@ -194,8 +195,8 @@ def simulate_drive(
     body_from_sensor : array_like, shape (3, 3), scipy Rotation, "random" or None
         Rotation from the sensors' axes to forward, right, down. None means no rotation.
     time_offset : float or TimeOffset
-        Offset to add to the times of the fixes, s, which `find_time_offset` estimates. A
-        `TimeOffset` has an offset for positions, an offset for velocities, and a rate.
+        Offset to add to the times of the fixes, s. `find_time_offset` estimates it. A `TimeOffset`
+        has an offset for positions, an offset for velocities, and a rate.
     wander : float
         RMS relative variation of the sampling interval over half a minute. The time stamps are
         exact.

@@ -52,7 +52,8 @@ def simulate(
         its own random stream. Axis i therefore does not depend on the number of axes, and a term
         does not depend on other terms.
     axes : int, optional
-        Number of axes. None (default) gives 1-D arrays, equal to axis 0 of any number of axes.
+        Number of axes. None (default) gives 1-D arrays. They equal axis 0 of a signal with several
+        axes.
     resolution : float, optional
         Step to which the output is rounded, rad/s. 0 means no rounding. Default: the device's
         resolution, or 0.
@@ -77,9 +78,9 @@ def simulate(
     Raises
     ------
     ValueError
-        If the rate or the duration is not positive and finite, or gives no sample. Also if `seed`,
-        `axes`, `resolution` or `turn_on_bias` is out of range, or the filter's corner is not below
-        half the rate.
+        If the rate or the duration is not positive and finite, or the signal has no sample. If
+        `seed`, `axes`, `resolution` or `turn_on_bias` is out of range. If the filter's corner
+        frequency is half the rate or more.
 
     Notes
     -----
@@ -92,8 +93,9 @@ def simulate(
 
     Quantization noise is the rate times the difference of successive angle errors. These errors are
     white with the standard deviation Q. Markov noise is stationary from the first sample, with
-    variance q_c^2 T_c / 2. It decays by exp(-dt/T_c) per sample, which is exact. Sinusoids start at
-    a random phase. They count as drift, because they do not average out like white noise.
+    variance q_c^2 T_c / 2. It decays by exp(-dt/T_c) per sample, without discretisation error.
+    Sinusoids start at a random phase. They count as drift, because they do not average out like
+    white noise.
 
     With a filter, the record starts after the filter's transient.
 

@@ -54,8 +54,8 @@ class MotionErrors:
         numbers are the biases. Default 0.5 deg/s.
     gyro_scale, gyro_misalignment : float
         Standard deviations of the elements of M in ``rate = M (gyro - bias)``. `gyro_scale` is for
-        the diagonal about 1, default 0.008. `gyro_misalignment` is for the other elements, default
-        0.005.
+        the diagonal, with mean 1. Its default is 0.008. `gyro_misalignment` is for the other
+        elements. Its default is 0.005.
     gyro_matrix : array_like, shape (3, 3), optional
         Matrix M. Default: random.
     gyro_noise : float
@@ -217,15 +217,15 @@ def simulate_motion(
         Length of the motion, s. Default 60.
     seed : int
         Seed, at least 0. The same arguments give the same samples. Motion, errors and each noise
-        have their own random streams. Other errors therefore do not change the motion.
+        have their own random streams. A change of the errors therefore does not change the motion.
     start : {"rest", "motion"}
         "rest" starts with 5 s at rest and then accelerates. "motion" starts in full motion.
     errors : MotionErrors, optional
         Errors of the sensors. Default: a consumer device. ``MotionErrors.none()`` gives perfect
         sensors.
     magnet : array_like, shape (m, 2)
-        Start and end of the spans with a magnet or iron nearby, s. The field then has another
-        strength and dip. Default: no spans.
+        Start and end of the spans with a magnet or iron nearby, s. There the field differs in
+        strength and dip from `field` and `dip`. Default: no spans.
     field, dip : float
         Earth's field: strength, uT, and angle below the horizontal, rad. Default 48 uT and 65 deg.
 

@@ -56,9 +56,10 @@ class GyroErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        Matrix W in ``raw = W w + bias + G f``. Default: random, with `scale` and `misalignment`.
+        Matrix W in ``raw = W w + bias + G f``, with rate w and specific force f. Default: random,
+        with `scale` and `misalignment`.
     scale : float
-        Standard deviation of the diagonal of a random matrix about 1. Default 0.02.
+        Standard deviation of a random matrix's diagonal, with mean 1. Default 0.02.
     misalignment : float
         Standard deviation of the other elements of a random matrix, rad. Default 0.01.
     bias : float or array_like, shape (3,)
@@ -108,17 +109,17 @@ class AccelErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        Matrix A in ``raw = A f + bias``. It is lower triangular, because the accelerometer defines
-        the body's axes. Default: random, with `scale` and `misalignment`.
+        Matrix A in ``raw = A f + bias``, with specific force f. It is lower triangular, because the
+        accelerometer defines the body's axes. Default: random, with `scale` and `misalignment`.
     scale : float
-        Standard deviation of the diagonal of a random matrix about 1. Default 0.02.
+        Standard deviation of a random matrix's diagonal, with mean 1. Default 0.02.
     misalignment : float
         Standard deviation of the elements below the diagonal of a random matrix, rad. Default 0.01.
     bias : float or array_like, shape (3,)
         Biases, m/s^2. One number is the standard deviation of random biases. Three numbers are the
         biases. Default: a standard deviation of 20 mg.
     disturbance : float
-        Standard deviation of a random offset on each axis in each pose, m/s^2, which limits the
+        Standard deviation of a random offset on each axis in each pose, m/s^2. It limits the
         repeatability of a pose. Default 0.3 mg.
     noise : NoiseModel, Device or None
         Noise of each axis. Default: white noise of 400 ug/sqrt(Hz) and a bias instability of 40 ug.
@@ -224,7 +225,7 @@ def simulate_session(
     rate : float
         Sampling rate, Hz. Default 100.
     rest, turn : float
-        Duration of each rest, default 6, and of each rotation, default 2, s.
+        Duration of each rest, s, default 6. Duration of each rotation, s, default 2.
     angles : tuple of float
         Smallest and largest angle of a random rotation, rad. Default 60 to 170 deg.
     axis : array_like, shape (3,), optional

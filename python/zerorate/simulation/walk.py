@@ -167,7 +167,7 @@ def simulate_feet(
     """Simulate the walk of a left and a right foot, each with its own sensor.
 
     The left foot steps first, with half a stride. Then the feet alternate. The right foot ends next
-    to the left foot with half a stride. The rest is as in `simulate_walk`.
+    to the left foot with half a stride.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def wheel_speeds(
     drive : SimulatedDrive
         Simulated drive of n samples.
     rate : float
-        Rate of the readings, Hz. All other samples are NaN.
+        Rate of the readings, Hz. Samples without a reading are NaN.
     scale : float
         Scale error: the true speed is (1 + scale) times the measured speed.
     sigma : float

@@ -48,7 +48,7 @@ _MAX_LISTED_SPANS: Final = 3
 """Largest number of listed spans of an exclusion."""
 
 SAMPLE_FATES: Final = ("used", "missing", "saturated", "excluded", "left out")
-"""Fates of a sensor's samples; `ArrayReplay.fate` contains their indices.
+"""Possible treatments of a sensor's sample; `ArrayReplay.fate` contains indices of this tuple.
 
 "left out": the sample is far from all other sensors, the sensor is stuck, or it has not learned its
 bias yet while others have.
@@ -63,10 +63,10 @@ class ArrayAllan:
     Parameters
     ----------
     taus : ndarray, shape (m,)
-        Averaging times, s: octaves, and one second or the time closest to it.
+        Averaging times, s: octaves, and the time closest to one second.
     sensors : ndarray, shape (N, axes, m)
-        Deviations of each sensor in the axes of the body; NaN without two consecutive complete
-        clusters.
+        Deviations of each sensor in the axes of the body; NaN if there are no two consecutive
+        clusters with all samples.
     mean : ndarray, shape (axes, m)
         Deviations of the plain mean of all sensors.
     fused : ndarray, shape (axes, m)
@@ -82,9 +82,10 @@ class ArrayAllan:
     second: int
 
     def gains(self) -> tuple[Floats, Floats]:
-        """Return the gains over the plain mean and over one sensor, each (axes + 1, m).
+        """Return the gains over the plain mean and over one sensor: two arrays (axes + 1, m).
 
-        The last row is for all axes. It averages squared deviations over axes and sensors.
+        A gain is a ratio of deviations. The last row is for all axes: it is computed from the mean
+        squared deviations over axes and sensors.
         """
         squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
         single, mean, fused = squares
@@ -97,7 +98,7 @@ class ArrayAllan:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ArrayReplay(Result):
-    """The log of an array after its replay; N sensors, n samples.
+    """Result of the replay of an array with N sensors and n samples.
 
     Parameters
     ----------
@@ -106,13 +107,13 @@ class ArrayReplay(Result):
     rotations : ndarray, shape (N, 3, 3), or None
         Rotations from each sensor's axes to the axes of the body; None if all are assumed aligned.
     params : mapping
-        Further arguments to make the same `GyroArray`.
+        Other arguments that make the same `GyroArray`.
     rate : ndarray, shape (n, 3) or (n,)
         Rate of the body without its bias; NaN if no sensor is left.
     weights : ndarray, shape (n, N)
-        Share of each sensor in the rate, averaged over the axes; 0 if it was not used.
+        Share of each sensor in the rate, averaged over the axes; 0 if the sensor was not used.
     fate : ndarray of int8, shape (n, N)
-        Fate of each sample, an index into `SAMPLE_FATES`.
+        Treatment of each sample: an index of `SAMPLE_FATES`.
     disputed : ndarray of bool, shape (n,)
         True where sensors disagreed and the wrong one could not be identified.
     at_rest : ndarray of bool, shape (n, axes)
@@ -124,13 +125,14 @@ class ArrayReplay(Result):
     allan : ArrayAllan or None
         Allan deviations; None if the body was never at rest.
     speed : float
-        Samples of all sensors processed per second on one core, including the results kept here.
+        Number of samples processed per second on one core, summed over all sensors. The time
+        includes the storage of these results.
     accel : FusedAccelerometers or None
         The fused accelerometers; None if the log has none.
     accel_allan : ArrayAllan or None
         Allan deviations of the accelerometers at rest, in their unit.
     rotation_set : Rotations or None
-        The rotations with their standard errors, if they were found or read.
+        The rotations with their standard errors; None if they were neither found nor read.
     rotations_found : bool
         True if rotations were found from the motion; `save` then also writes them.
     remarks : tuple of str
@@ -170,14 +172,14 @@ class ArrayReplay(Result):
 
     @property
     def shares(self) -> Floats:
-        """Share of each sensor's samples with each fate of `SAMPLE_FATES`, shape (N, 5)."""
+        """Share of each sensor's samples by treatment, in the order of `SAMPLE_FATES`, (N, 5)."""
         return np.stack(
             [(self.fate == kind).mean(axis=0) for kind in range(len(SAMPLE_FATES))], axis=1
         )
 
     @property
     def rest_mask(self) -> Booleans:
-        """Mask of samples with the body certainly at rest about all axes, shape (n,)."""
+        """Mask of samples at which the body is certainly at rest about all axes, shape (n,)."""
         return _certain_rest(self.at_rest, self.log.rate)
 
     @property
@@ -190,7 +192,8 @@ class ArrayReplay(Result):
     def to_log(self) -> Log:
         """Return the rate of the body as a log of one gyro.
 
-        Extra columns: acceleration, rest, disagreement, and each sensor's weight and exclusion.
+        Its extra columns are acceleration, rest, disagreement, and each sensor's weight and
+        exclusion.
         """
         return replace(self.log.fused(self.rate), extra=self._extra())
 
@@ -245,7 +248,7 @@ def replay_array(
         Rotations to the axes of the body. "find" estimates them from the motion in the log. By
         default all sensors are assumed aligned.
     positions : array_like, shape (N, 3), optional
-        Positions of the sensors in the axes of the body, m. They are used for accelerometers.
+        Positions of the sensors in the axes of the body, m. Only accelerometers need them.
     weights : {"auto", "mean", "white"} or array_like
         Weights, as in `zerorate.GyroArray`.
     fix : bool
@@ -261,7 +264,8 @@ def replay_array(
     Returns
     -------
     ArrayReplay
-        Rate, weights, fates of the samples, Allan deviations; `table`, `plot`, `save`.
+        Fused rate, weights, treatment of each sample, and Allan deviations. The result has the
+        methods `table`, `plot` and `save`.
 
     Raises
     ------

@@ -43,7 +43,7 @@ _Columns: TypeAlias = Sequence[str | int]
 
 
 class AttitudeOptions(ReadingArguments, total=False):
-    """Constants of named methods, and arguments for reading, that `estimate_attitude` passes on."""
+    """Options of `estimate_attitude` for the named methods and for reading."""
 
     time_constant: float
     kp: float
@@ -92,12 +92,12 @@ def estimate_attitude(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        Recording with a gyro and an accelerometer of three axes, and optionally a magnetometer in
-        any unit.
+        Recording with gyro and accelerometer of three axes, and optionally a magnetometer in any
+        unit.
     frame : {"enu", "ned", "nwu"}, optional
-        Axes of the earth: east, north, up; north, east, down; or north, west, up. North is magnetic
-        north unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
-        be forward, right, down (as in a PX4 log), otherwise "enu".
+        Axes of the earth, for example "enu" for east, north, up. North is magnetic north, or true
+        north if `declination` or `at` is given. Default: "ned" if the gyro's axes are known to be
+        forward, right, down (as in a PX4 log), otherwise "enu".
     method : str
         Method of `zerorate.Attitude`. "auto" needs no settings.
     offline : bool
@@ -106,23 +106,23 @@ def estimate_attitude(
         Use the magnetometer if there is one. Without it, the heading is relative to the start and
         drifts.
     learn_magnetometer : bool
-        Learn the magnetometer's hard iron from the motion, as a live filter can.
+        Learn the magnetometer's hard iron from the motion, as in a live filter.
     declination : float
         Declination: angle of magnetic north east of true north, rad. If given, north is true north.
     at : array_like, shape (2,), optional
         Latitude and longitude, deg. They replace `declination`, which is then computed by the World
         Magnetic Model.
     bias_limit : float, optional
-        Largest possible bias, rad/s. A larger steady rate is a rotation, never a rest. Default 10
-        deg/s.
+        Largest possible bias, rad/s. A larger steady rate is treated as rotation, not as rest.
+        Default 10 deg/s.
     gyro, accel : str
         Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
-        Calibration that corrects the magnetometer first. If the recording is the one that was used
-        for calibration, each of its intervals gets its own hard iron.
+        Calibration that corrects the magnetometer first. If the same recording was used for the
+        calibration, each interval of the calibration gets its own hard iron.
     clipped : {"auto", "restore", "leave"}
         Treatment of clipped rates. "auto": restore them from their flanks if there is no other
         explanation. "restore": restore them wherever the flanks predict larger rates. "leave": do
@@ -130,9 +130,9 @@ def estimate_attitude(
     fix : bool
         Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth. Either poses on the clock of the recording, a file of
-        poses with any north, or names of four columns w, x, y, z of the source. Default: columns
-        named like an orientation, such as ``ref_quat_w``.
+        True orientation from sensor to earth. Poses on the clock of the recording, or a file with
+        such poses. Their north may be any direction. Or names of the source's four columns w, x, y,
+        z. Default: columns named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
         Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional
@@ -157,7 +157,7 @@ def estimate_attitude(
     ------
     LogError
         If gyro or accelerometer is missing, does not have three axes, or has no known unit. Also if
-        gravity is absent. Notes of the error list contradictions in the recording.
+        gravity is absent. The error's notes list contradictions in the recording.
     ValueError
         If an argument is out of range, or has no effect.
 

@@ -82,24 +82,23 @@ def calibrate(
     source : Recording, path, data frame or mapping of arrays, optional
         Recording with a gyro and an accelerometer, each on its own clock. NaN marks missing
         samples.
-        samples.
     gyro, accel : str, Log or array_like, shape (n, 3), optional
-        Names of the logs if the recording has several; or samples, with `rate`. Arrays have no
-        unit: gravity and the rotations determine it, and corrected samples are in rad/s and m/s^2.
+        Names of the logs, if the recording has several; or arrays of samples, with `rate`. Gravity
+        and the rotations determine the unit of arrays. Corrected samples are in rad/s and m/s^2.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665; its error of up to 0.3 % becomes an error of the
-        accelerometer's scale.
+        Local gravity, m/s^2. Default 9.80665. It can be wrong by 0.3 %, and the accelerometer's
+        scale then has the same error.
     frame : {"x", "z", "symmetric"}
         Axes of the body, as in `Calibration`.
     g_sensitivity : {"auto", True, False}
-        Subtract the g-sensitivity in rotations, too. "auto": only if one of its elements differs
-        from zero by three standard errors. True and "auto" estimate it from the static intervals;
-        False does not.
+        True: estimate the g-sensitivity from the static intervals, and subtract it in rotations.
+        "auto": subtract it only if one of its elements differs from zero by three standard errors.
+        False: do not estimate it.
     prior : {"datasheet", "wide"}
         Prior, as in `zerorate.calibration.calibrate`.
     saturation : float, optional
-        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
-        occurs ten times.
+        End of the gyro's range, in the raw unit. Default: the largest or smallest value of an axis,
+        if this value occurs ten times.
     rests : iterable of Rest or (start, stop), optional
         Static intervals of the sensor, s. Default: found from the samples.
     temperature : bool
@@ -114,8 +113,8 @@ def calibrate(
     Returns
     -------
     Calibration
-        Calibration; check `valid` first. If it is False, ``problems`` lists the reasons and
-        ``advice`` the remedies. The result has `table`, `plot` and `save`; `save` accepts
+        Calibration. Check `valid` first: if it is False, ``problems`` lists the reasons and
+        ``advice`` the remedies. The methods are `table`, `plot` and `save`; `save` accepts
         ``exports=("px4",)``.
 
     Raises
@@ -232,12 +231,12 @@ def calibrate_magnetometer(
     ----------
     source : Recording, path, data frame or mapping of arrays
         Recording with gyro, accelerometer and a magnetometer in any unit. Without a gyro, a sphere
-        is fitted, with a note: this needs samples in all directions and a constant field.
+        is fitted, and a note says so. This needs samples in all directions and a constant field.
     gyro : str
         Name of the gyro, if there are several; default the first.
     one : bool
-        Fit one hard iron to the whole recording. By default several are fitted if they clearly
-        reduce the scatter, for example if a magnet was near for a while.
+        Fit one hard iron to the whole recording. By default, several hard irons are fitted if they
+        clearly reduce the scatter, for example if a magnet was near for a while.
     field, dip : float, optional
         Strength of the local field, uT, and its angle below the horizontal, rad. A calibration that
         contradicts them is not valid.
@@ -253,15 +252,15 @@ def calibrate_magnetometer(
     Returns
     -------
     MagnetometerCalibration
-        Calibration; check `applied`: a correction is applied only if it more than halves the
-        scatter of samples outside the fit. The result has `table`, `plot` and `save`; `save`
-        accepts ``exports=("px4",)``.
+        Calibration. `applied` is True if the correction more than halves the scatter of samples
+        that the fit did not use. The methods are `table`, `plot` and `save`; `save` accepts
+        ``exports=("px4",)``.
 
     Raises
     ------
     LogError
-        If there is no magnetometer, the accelerometer is missing next to a gyro, or there are less
-        than ten seconds of data.
+        If there is no magnetometer, or less than ten seconds of data. Also if there is a gyro, but
+        no accelerometer.
     ValueError
         If ``field`` or ``dip`` cannot occur on earth, or ``place`` is no position on earth.
     ImportError
@@ -336,7 +335,7 @@ class Corrected(Result):
         return next(iter(self.tables().values()))
 
     def tables(self) -> dict[str, Log]:
-        """Return the logs by the ending of their file names; logs on one clock share a table."""
+        """Return the logs by the ending of the file name; logs on one clock share a table."""
         groups: dict[str, list[Log]] = {}
         for name, log in self.recording.items():
             candidates = (group for group in groups.values() if _has_clock_of(group, log))
@@ -380,20 +379,19 @@ def correct(
     calibration : Calibration or path
         Calibration to apply.
     gyro, accel : str, optional
-        Names of the two logs. Default: the sensors with the calibration's columns, or else the
-        first sensors.
+        Names of the two logs. Default: the sensors with the column names of the calibration, or
+        else the first sensors.
     **reading
         Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
     Corrected
-        The recording; `to_log`, `table`, `plot`, `save`.
+        The corrected recording. The result has the methods `to_log`, `table`, `plot` and `save`.
 
     Raises
     ------
     LogError
-        If both sensors are missing.
         If both sensors are missing.
     ValueError
         If the units differ from the calibration's.

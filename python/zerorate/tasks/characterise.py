@@ -107,7 +107,7 @@ class Characterised(Result):
         per_sample: bool = False,
         **choices: Any,  # noqa: ANN401
     ) -> list[Path]:
-        """Write the curves, a figure and exports, all or none; see `Result.save`.
+        """Write the curves, a figure and exports; on an error, no file. See `Result.save`.
 
         Parameters
         ----------
@@ -116,8 +116,8 @@ class Characterised(Result):
         force : bool
             Replace existing files.
         bounds : bool
-            Export the upper bound of a coefficient that the log does not determine. False omits its
-            line; Kalibr and ORB-SLAM3 reject a file without it.
+            Export the upper bound of a coefficient that the log does not determine. False omits the
+            coefficient's line; Kalibr and ORB-SLAM3 reject files with a missing line.
         doubtful : bool
             Export results of a log with motion or too few samples, with a warning in the file.
         export : str or iterable of str
@@ -181,11 +181,11 @@ def characterise(
     bridge : int
         Longest gap filled with a straight line, samples.
     confidence : float
-        Probability that the true deviation is within the bounds.
+        Probability that the true deviation is within the confidence bounds.
     markov : int
         Number of Markov terms to fit.
     second_opinion : bool
-        Estimate the coefficients also from the spectrum.
+        Also estimate the coefficients from the spectrum.
     fix : bool
         Correct the gyro's unit or axes if a motion clearly contradicts them.
     progress : callable, optional
@@ -196,7 +196,7 @@ def characterise(
     Returns
     -------
     Characterised
-        Deviations and models of every axis; `table`, `plot`, `save`.
+        Deviations and models of every axis. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

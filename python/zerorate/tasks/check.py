@@ -21,14 +21,14 @@ def check(
 
     The gyro rotates the accelerometer's force into a fixed frame. There, gravity is constant only
     if unit and axes of the gyro are right. The field of a magnetometer is tested in the same way.
-    Nothing is decided about quantities that the motion does not show, and nothing is corrected. All
+    Units and axes that the motion does not determine stay undecided. Nothing is corrected. All
     tasks make this check first.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        Recording with a gyro and an accelerometer of three axes, at 10 Hz or more, and optionally a
-        magnetometer.
+        Recording with a gyro and an accelerometer of three axes at 10 Hz or more. A magnetometer is
+        optional.
     gyro, accel : str
         Names of logs, such as ``"gyro_1"``. Default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
@@ -40,8 +40,8 @@ def check(
     Returns
     -------
     Checks
-        Findings on gyro and magnetometer. ``table()`` shows them, ``apply(recording)`` makes the
-        exact corrections.
+        Findings on gyro and magnetometer. ``table()`` shows them. ``apply(recording)`` corrects a
+        unit or axes if the correction is certain.
 
     Raises
     ------

@@ -107,7 +107,7 @@ def identify(
     """Find an ARMA model of the drift of each axis of a gyro at rest, and test it.
 
     The recording is checked first; rates are not changed. ``zerorate identify`` does the same.
-    `zerorate.identification.identify` is for the record of one axis.
+    `zerorate.identification.identify` does this for the samples of one axis.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def identify(
     Returns
     -------
     Identified
-        Tests and models of each axis; `table`, `plot`, `save`.
+        Tests and models of each axis. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

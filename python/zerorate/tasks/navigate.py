@@ -79,7 +79,7 @@ StatedNoise = NoiseModel | PathLike | None
 
 
 class NavigateOptions(ReadingArguments, AidArguments, total=False):
-    """Options of the filter, of reading and of aids that `navigate` passes on."""
+    """Options of `navigate` for the filter, for reading and for aids."""
 
     gate: float
     adapt: Literal["inflate", "free", "fixed"]
@@ -107,7 +107,7 @@ class Navigation(Result):
     nis : ndarray, shape (fixes, 2)
         Normalised innovations squared of positions and velocities.
     outages : Outages or None
-        Errors in outages of the receiver, if lengths were given.
+        Errors in simulated outages of the receiver; None without `outages`.
     truth : Poses, Fixes or None
         True track for comparison.
     alarms : tuple of str
@@ -145,8 +145,8 @@ class Navigation(Result):
         Returns
         -------
         tuple
-            Position errors, errors of one-second steps (None without orientations), and a sentence
-            on the alignment of the tracks.
+            Position errors, errors of the motion within each second (None without orientations),
+            and a sentence on the alignment of the tracks.
         """
         truth = self.truth
         if truth is None:
@@ -277,8 +277,8 @@ def navigate(
         Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
         from the motion. "none": the sensors' axes are the body's axes.
     antenna : array_like, shape (3,), optional
-        Vector from the sensors to the antenna, m forward, right, down. It is the start of an
-        estimate.
+        Vector from the sensors to the antenna, m forward, right, down. The filter improves this
+        value.
     time_offset : float, TimeOffset or "auto"
         Offset to add to the times of the fixes, s. "auto": the best fit of sensors and fixes.
     heading : float or "course", optional
@@ -290,23 +290,23 @@ def navigate(
     smooth : bool
         Use later fixes too (forward-backward pass).
     outages : float or sequence of float
-        Lengths of simulated outages, s; withheld fixes measure the errors.
+        Lengths of simulated outages, s. The fixes withheld in them measure the errors.
     vehicle : "wheeled", optional
         "wheeled": the vehicle does not slip sideways and stays on the ground.
     axle : array_like, shape (3,), optional
         Vector from the sensors to the unsteered axle, m.
     wheel_speed, wheel_ticks : str or array_like, shape (n,), optional
-        Speed of the wheels, m/s, or their ticks: name of a column, or values at the gyro's samples.
-        Either implies a wheeled vehicle.
+        Speed of the wheels, m/s, or ticks of the wheels. Name of a column, or values at the gyro's
+        samples. Each of them implies a wheeled vehicle.
     tick : float, optional
         Distance per tick, m. Default: found from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
-        Noise of the sensors, or its file: JSON, or an ``imu.yaml`` of Kalibr. Default: noise of
-        consumer sensors.
+        Noise of the sensors, or a file with it: JSON, or an ``imu.yaml`` of Kalibr. Default: noise
+        of consumer sensors.
     noise : {"auto", "stated"}
-        Process noise of the filter. "auto": fitted so that errors without fixes agree with the
-        filter's standard deviations (`zerorate.navigation.find_noise`); stated noise models are
-        then lower bounds. "stated": the stated noise models.
+        Process noise of the filter. "auto": `zerorate.navigation.find_noise` fits it: errors
+        without fixes then agree with the filter's standard deviations. Stated noise models are
+        lower bounds. "stated": the stated noise models.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
@@ -322,30 +322,31 @@ def navigate(
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     pressure, baro_height : str, array_like, shape (n,), or Aid, optional
-        Pressure, or height in m, of a barometer: name of a column, values at the gyro's samples, or
+        Pressure, or height in m, of a barometer. Name of a column, values at the gyro's samples, or
         `zerorate.navigation.Aid`. Default: found by name (``pressure_hpa``, ``baro_alt_m``).
     pressure_unit : str, optional
-        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by name, or by the pressure expected at the
-        height of the fixes.
+        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: from the name, or from the pressure expected
+        at the height of the fixes.
     compass : str, array_like, shape (n,), or Aid, optional
-        Heading of a compass or of two antennas: name of a column, values at the gyro's samples, or
+        Heading of a compass or of two antennas. Name of a column, values at the gyro's samples, or
         `zerorate.navigation.Aid`. Default: found by name (``heading_deg``, ``compass_deg``). The
-        motion shows its convention.
+        motion determines its sense and origin.
     compass_unit : {"deg", "rad"}, optional
-        Unit of the compass. Default: by name, size or motion.
+        Unit of the compass. Default: from the name, the size of the values, or the motion.
     baseline_columns : str, array_like, shape (n, 3), or Aid, optional
-        Measured vector between two antennas, m north, east, down: names of columns with commas, or
-        values. Default: found by name (``baseline_north_m``).
+        Measured vector between two antennas, m north, east, down. Names of columns, separated by
+        commas, or values. Default: found by name (``baseline_north_m``).
     aids : {"auto", "stated"}
-        "auto": also use aids that are found by name. "stated": use only aids in arguments.
+        "auto": also use aids that are found by name. "stated": use only aids that are given as
+        arguments.
     mag : bool
         Use the recording's magnetometer as a compass. It is calibrated by the motion, levelled, and
         corrected by the local declination.
     baseline : array_like, shape (3,), optional
         Vector from the first to the second antenna, m forward, right, down.
     limits : dict of str to float, optional
-        Largest standard deviations of valid outputs: position and height, m, velocity, m/s,
-        attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
+        Largest standard deviation of a valid output, by output: position and height, m, velocity,
+        m/s, attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,
@@ -354,13 +355,13 @@ def navigate(
     Returns
     -------
     Navigation
-        Track, start, errors; `table`, `plot`, `save`.
+        Track, start and errors. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------
     LogError
-        If a sensor or the fixes are missing, gravity is absent, or the filter cannot start. Notes
-        of the error list contradictions in the recording.
+        If a sensor or the fixes are missing, gravity is absent, or the filter cannot start. The
+        error's notes list contradictions in the recording.
     ValueError
         If an argument is out of range.
 

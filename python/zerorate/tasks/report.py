@@ -66,7 +66,7 @@ def report(
 ) -> Report | BeforeAfter:
     """Report on the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
-    Each finding states an observation, never its cause. It has a value, its standard error if
+    Each finding states an observation, not its cause. It has a value with its standard error, if
     known, the time span of its data, and advice for the next recording.
     ``zerorate.findings.LIMITS`` determine the severities. ``zerorate report`` does the same.
 
@@ -86,7 +86,7 @@ def report(
     Returns
     -------
     Report or BeforeAfter
-        Findings. For two recordings: the new, gone, worse, better and changed findings.
+        Findings of one recording, or the changes from the first recording to the second.
 
     Raises
     ------

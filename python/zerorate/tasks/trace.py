@@ -12,7 +12,7 @@ __all__ = ["Trace"]
 class Trace(Result):
     """State of a filter after each of n samples; k channels add a second axis to every array.
 
-    For "auto" the state is the drift alone: p + 1 and p + q + 1 below are then 1.
+    For "auto", the state is only the drift, and p + 1 and p + q + 1 are 1.
 
     Examples
     --------
@@ -24,35 +24,35 @@ class Trace(Result):
     """
 
     estimate: Floats
-    """Estimate of the filter, (n,), in the unit of the samples; for "auto" the bias."""
+    """Estimate of the filter, shape (n,), in the unit of the samples; for "auto" the bias."""
     innovation: Floats
-    """Sample minus prediction, (n,); zero if the sample is missing."""
+    """Sample minus prediction, shape (n,); zero if the sample is missing."""
     innovation_variance: Floats
-    """Variance S expected for the innovation, (n,)."""
+    """Variance S expected for the innovation, shape (n,)."""
     gain: Floats
-    """Kalman gain, (n, p + 1); zero if the sample is missing."""
+    """Kalman gain, shape (n, p + 1); zero if the sample is missing."""
     measurement_noise: Floats
-    """Variance R of the measurement noise, (n,)."""
+    """Variance R of the measurement noise, shape (n,)."""
     process_noise: Floats
-    """Covariance G of the process noise, (n, p + 1, p + 1)."""
+    """Covariance G of the process noise, shape (n, p + 1, p + 1)."""
     coefficients: Floats
-    """ARMA model [φ…, θ…, c], (n, p + q + 1)."""
+    """ARMA model [φ…, θ…, c], shape (n, p + q + 1)."""
     covariance: Floats
-    """Covariance P of the state, (n, p + 1, p + 1)."""
+    """Covariance P of the state, shape (n, p + 1, p + 1)."""
     missing: Booleans
-    """True if the sample was not finite, (n,)."""
+    """True if the sample was not finite; shape (n,)."""
     guarded: Booleans
-    """True if the process noise was limited, or if "robust" found an outlier, (n,)."""
+    """True if the process noise was limited, or if "robust" found an outlier; shape (n,)."""
     bias: Floats
-    """Bias learned at rest and held in motion, (n,), in the unit of the samples."""
+    """Bias learned at rest and held in motion, shape (n,), in the unit of the samples."""
     bias_sigma: Floats
-    """Standard deviation of the bias by the filter, (n,)."""
+    """Standard deviation of the bias, computed by the filter, shape (n,)."""
     at_rest: Booleans
-    """True if the filter learned, (n,); always with ``motion="ignore"``."""
+    """True if the filter learned; shape (n,); always True with ``motion="ignore"``."""
     saturated: Booleans
-    """True if the sample was at or beyond ``limit``, (n,)."""
+    """True if the sample was at or beyond ``limit``; shape (n,)."""
     stuck: Booleans
-    """True if the sensor repeated one value for longer than by chance, (n,)."""
+    """True if the sensor repeated a value for longer than chance explains; shape (n,)."""
 
     def __len__(self) -> int:
         """Return the number of samples."""

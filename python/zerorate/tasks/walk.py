@@ -53,10 +53,10 @@ def walk(
     smooth : bool
         Use the whole recording for each sample, including later samples.
     at : array_like, shape (2,), optional
-        Latitude and longitude of the start, deg. With them the track is also saved for maps.
+        Latitude and longitude of the start, deg. The track is then also saved for maps.
     heading, height : float, optional
-        Only with `at`. Direction of the sensor's first axis at the start, rad from north over east,
-        and height of the start, m. Default 0.
+        Only with `at`. Direction of the sensor's first axis at the start, rad from north towards
+        east, and height of the start, m. Both are 0 by default.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
@@ -74,13 +74,13 @@ def walk(
     Returns
     -------
     FootTrack
-        Track and strides; `table`, `plot`, `save`.
+        Track and strides. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------
     LogError
-        If a sensor is missing, gravity is absent, or the motion is not a foot's motion. Notes of
-        the error list contradictions in the recording.
+        If a sensor is missing, gravity is absent, or the motion is not a foot's motion. The error's
+        notes list contradictions in the recording.
     ValueError
         If an argument is out of range.
 

@@ -34,7 +34,7 @@ typedef enum zr_code {
     ZR_PARAMETER = 3,
     // The buffer is too small for this checkpoint.
     ZR_BUFFER = 4,
-    // The bytes are no checkpoint.
+    // The bytes are not a checkpoint.
     ZR_NO_CHECKPOINT = 5,
     // The checkpoint belongs to another version of zerorate, or to another type.
     ZR_OTHER_CHECKPOINT = 6,
@@ -49,7 +49,7 @@ typedef enum zr_drift_status {
     // The bias is the mean to date.
     ZR_STARTING = 0,
     // The bias is the mean to date, since the learned scale was wrong by orders of magnitude.
-    ZR_STARTING_ANEW = 1,
+    ZR_RESTARTING = 1,
     // The bias is learned.
     ZR_AT_REST = 2,
     // The bias is held.
@@ -78,7 +78,7 @@ typedef enum zr_attitude_status {
     ZR_ATTITUDE_MOVING = 5,
     // A rate is at the gyro's range.
     ZR_ATTITUDE_CLIPPED = 6,
-    // Gravity turns in the sensor as if the rates had another unit.
+    // Gravity turns in the sensor as if the gyro had a different unit.
     ZR_ATTITUDE_WRONG_RATE_UNIT = 7,
     // The magnetometer repeats one value while the sensor turns.
     ZR_ATTITUDE_MAGNETOMETER_STUCK = 8,
@@ -101,7 +101,7 @@ typedef enum zr_method {
 
 // Treatment of motion by a drift filter.
 typedef enum zr_motion {
-    // `ZR_HOLD` for `ZR_AUTO`, `ZR_IGNORE` for other methods.
+    // `ZR_MOTION_HOLD` for `ZR_AUTO`, `ZR_MOTION_IGNORE` for other methods.
     ZR_MOTION_USUAL = 0,
     // Learns at rest only and holds the bias in motion.
     ZR_MOTION_HOLD = 1,
@@ -125,7 +125,7 @@ typedef struct zr_attitude zr_attitude;
 // Bias of one axis of a gyro, learned and removed sample by sample.
 typedef struct zr_drift zr_drift;
 
-// Parameters of a drift filter. Zero selects the default of all parameters except the rate.
+// Parameters of a drift filter. Zero means the default for every parameter except the rate.
 typedef struct zr_drift_params {
     // Samples per second.
     double rate;
@@ -133,7 +133,7 @@ typedef struct zr_drift_params {
     int32_t method;
     // A `zr_motion`.
     int32_t motion;
-    // Not zero: `zr_drift_update` returns the bias instead of the sample minus the bias.
+    // Output of `zr_drift_update`; zero: the sample minus the bias, otherwise the bias.
     int32_t estimate;
     // End of the sensor's range in the samples' unit; zero: no limit.
     double limit;
@@ -153,8 +153,8 @@ typedef struct zr_drift_params {
 typedef struct zr_drift_state {
     // The sensor's output without rotation.
     double bias;
-    // Standard deviation of the bias. For `ZR_AUTO` it belongs to the mean bias over the next 10
-    // s, for other methods it follows from their model.
+    // Standard deviation of the bias. For `ZR_AUTO` it is for the mean bias over the next 10 s.
+    // For other methods it follows from their model.
     double bias_sigma;
     // Samples to date, missing ones included.
     uint64_t samples;
@@ -164,17 +164,17 @@ typedef struct zr_drift_state {
     bool at_rest;
 } zr_drift_state;
 
-// Parameters of an attitude. Zero selects the default of all parameters except the rate.
+// Parameters of an attitude. Zero means the default for every parameter except the rate.
 typedef struct zr_attitude_params {
     // Samples per second, at least one.
     double rate;
     // A `zr_frame`.
     int32_t frame;
-    // Not zero: there is a magnetometer. Without a magnetometer the initial heading is zero.
+    // Not zero: there is a magnetometer. Zero: there is none, and the initial heading is zero.
     int32_t mag;
-    // rad/s per unit of the gyro; zero: 1.
+    // Size of the gyro's unit, rad/s; zero: 1.
     double gyro_unit;
-    // m/s² per unit of the accelerometer; zero: 1.
+    // Size of the accelerometer's unit, m/s²; zero: 1.
     double accel_unit;
     // Known output of the gyro without rotation, rad/s.
     double bias[3];
@@ -182,7 +182,7 @@ typedef struct zr_attitude_params {
     double bias_sigma[3];
     // Largest possible bias of the gyro, rad/s; zero: 10 deg/s.
     double bias_limit;
-    // Range of the gyro about an axis, in its unit; a rate beyond it is missing; zero: unknown.
+    // Range of the gyro, in its unit; zero: unknown. A rate beyond the range is missing.
     double gyro_range;
 } zr_attitude_params;
 
@@ -237,9 +237,9 @@ size_t zr_drift_align(void);
 // `params` is null or valid; `text` has room for `size` bytes.
 size_t zr_drift_explain(const struct zr_drift_params *params, char *text, size_t size);
 
-// Creates a filter before its first sample in `memory`, which has `size` bytes. `filter` gets its
-// address, which is `memory`. The filter is valid until the memory is used for something else.
-// Nothing has to be freed, and `memcpy` may copy the filter.
+// Creates a filter before its first sample in `memory`, which has `size` bytes. `filter` gets the
+// filter's address, which is `memory`. The filter is valid until the memory is used for something
+// else. Nothing has to be freed, and `memcpy` may copy the filter.
 //
 // # Safety
 // `memory` has `size` bytes; `params` and `filter` are null or valid.
@@ -248,15 +248,15 @@ enum zr_code zr_drift_init(void *memory,
                            const struct zr_drift_params *params,
                            struct zr_drift **filter);
 
-// Processes one sample; NaN is a missing sample. `rate` gets the sample minus the bias, NaN for a
-// missing sample. The time is constant.
+// Processes one sample; NaN is a missing sample. `rate` gets the sample minus the bias, or NaN for
+// a missing sample. The call takes constant time.
 //
 // # Safety
 // `filter` is null or was made by this library; `rate` is null or valid.
 enum zr_code zr_drift_update(struct zr_drift *filter, double z, double *rate);
 
-// Processes one sample; `moving` is true if the body is known to move. The gyro's output is then
-// no bias, even if it is constant.
+// Processes one sample; `moving` is true if the body is known to move. A constant output of the
+// gyro is then no bias.
 //
 // # Safety
 // As in `zr_drift_update`.
@@ -280,8 +280,8 @@ enum zr_code zr_drift_read(const struct zr_drift *filter, struct zr_drift_state 
 // `filter` is null or was made by this library.
 enum zr_code zr_drift_reset(struct zr_drift *filter);
 
-// For a sensor that was switched off and on: `ZR_AUTO` forgets the bias but keeps the noise, other
-// methods start again.
+// Continues after the sensor was switched off and on. `ZR_AUTO` forgets the bias and keeps the
+// noise. Other methods start again.
 //
 // # Safety
 // `filter` is null or was made by this library.
@@ -298,11 +298,12 @@ enum zr_code zr_drift_save(const struct zr_drift *filter,
                            size_t size,
                            size_t *used);
 
-// Restores the filter of a checkpoint, `bytes`, in `memory`, as `zr_drift_init` does. It continues
-// with bit-identical results. Bytes that are no checkpoint are refused.
+// Restores the filter of the checkpoint `bytes` in `memory`. `filter` gets its address, as in
+// `zr_drift_init`. The filter continues with bit-identical results. Bytes that are not a
+// checkpoint are refused.
 //
 // # Safety
-// `memory` has `size` bytes, `bytes` has `n`; `filter` is null or valid.
+// `memory` has `size` bytes; `bytes` has `n` bytes; `filter` is null or valid.
 enum zr_code zr_drift_restore(void *memory,
                               size_t size,
                               const uint8_t *bytes,
@@ -330,13 +331,13 @@ enum zr_code zr_attitude_init(void *memory,
                               const struct zr_attitude_params *params,
                               struct zr_attitude **attitude);
 
-// Processes one sample of each sensor, three numbers each, NaN if they are missing. `mag` may be
-// null. `dt` is the time since the previous sample, s, NaN for one period of the rate.
-// `quaternion` gets w, x, y, z, from the sensor's axes to the earth's axes. The time is constant.
+// Processes one sample of each sensor, three numbers each; NaN is missing. `mag` may be null. `dt`
+// is the time since the previous sample, s; NaN means one period of the rate. `quaternion` gets w,
+// x, y, z, from the sensor's axes to the earth's axes. The call takes constant time.
 //
 // # Safety
-// `attitude` is null or was made by this library; `gyro`, `accel` and `mag` are null or have three
-// numbers, `quaternion` four.
+// `attitude` is null or was made by this library. `gyro`, `accel` and `mag` are null or have three
+// numbers. `quaternion` is null or has four numbers.
 enum zr_code zr_attitude_update(struct zr_attitude *attitude,
                                 const double *gyro,
                                 const double *accel,
@@ -356,7 +357,8 @@ enum zr_code zr_attitude_read(const struct zr_attitude *attitude, struct zr_atti
 // `attitude` is null or was made by this library.
 enum zr_code zr_attitude_reset(struct zr_attitude *attitude);
 
-// For a sensor that was switched off and on: resets the state, but keeps the gyro's matrix.
+// Continues after the sensor was switched off and on: resets the state, but keeps the gyro's
+// matrix.
 //
 // # Safety
 // `attitude` is null or was made by this library.
@@ -372,10 +374,10 @@ enum zr_code zr_attitude_save(const struct zr_attitude *attitude,
                               size_t size,
                               size_t *used);
 
-// Restores the attitude of a checkpoint, `bytes`, in `memory`, as `zr_drift_restore` does.
+// Restores the attitude of the checkpoint `bytes` in `memory`, as `zr_drift_restore` does.
 //
 // # Safety
-// `memory` has `size` bytes, `bytes` has `n`; `attitude` is null or valid.
+// `memory` has `size` bytes; `bytes` has `n` bytes; `attitude` is null or valid.
 enum zr_code zr_attitude_restore(void *memory,
                                  size_t size,
                                  const uint8_t *bytes,

@@ -27,7 +27,7 @@ pub enum zr_frame {
     ZR_NWU = 2,
 }
 
-/// Parameters of an attitude. Zero selects the default of all parameters except the rate.
+/// Parameters of an attitude. Zero means the default for every parameter except the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_attitude_params {
@@ -35,11 +35,11 @@ pub struct zr_attitude_params {
     pub rate: f64,
     /// A `zr_frame`.
     pub frame: i32,
-    /// Not zero: there is a magnetometer. Without a magnetometer the initial heading is zero.
+    /// Not zero: there is a magnetometer. Zero: there is none, and the initial heading is zero.
     pub mag: i32,
-    /// rad/s per unit of the gyro; zero: 1.
+    /// Size of the gyro's unit, rad/s; zero: 1.
     pub gyro_unit: f64,
-    /// m/s² per unit of the accelerometer; zero: 1.
+    /// Size of the accelerometer's unit, m/s²; zero: 1.
     pub accel_unit: f64,
     /// Known output of the gyro without rotation, rad/s.
     pub bias: [f64; 3],
@@ -47,7 +47,7 @@ pub struct zr_attitude_params {
     pub bias_sigma: [f64; 3],
     /// Largest possible bias of the gyro, rad/s; zero: 10 deg/s.
     pub bias_limit: f64,
-    /// Range of the gyro about an axis, in its unit; a rate beyond it is missing; zero: unknown.
+    /// Range of the gyro, in its unit; zero: unknown. A rate beyond the range is missing.
     pub gyro_range: f64,
 }
 
@@ -69,7 +69,7 @@ pub enum zr_attitude_status {
     ZR_ATTITUDE_MOVING = 5,
     /// A rate is at the gyro's range.
     ZR_ATTITUDE_CLIPPED = 6,
-    /// Gravity turns in the sensor as if the rates had another unit.
+    /// Gravity turns in the sensor as if the gyro had a different unit.
     ZR_ATTITUDE_WRONG_RATE_UNIT = 7,
     /// The magnetometer repeats one value while the sensor turns.
     ZR_ATTITUDE_MAGNETOMETER_STUCK = 8,
@@ -230,13 +230,13 @@ pub unsafe extern "C" fn zr_attitude_init(
     answer(unsafe { memory::put(new, memory, size, attitude) })
 }
 
-/// Processes one sample of each sensor, three numbers each, NaN if they are missing. `mag` may be
-/// null. `dt` is the time since the previous sample, s, NaN for one period of the rate.
-/// `quaternion` gets w, x, y, z, from the sensor's axes to the earth's axes. The time is constant.
+/// Processes one sample of each sensor, three numbers each; NaN is missing. `mag` may be null. `dt`
+/// is the time since the previous sample, s; NaN means one period of the rate. `quaternion` gets w,
+/// x, y, z, from the sensor's axes to the earth's axes. The call takes constant time.
 ///
 /// # Safety
-/// `attitude` is null or was made by this library; `gyro`, `accel` and `mag` are null or have three
-/// numbers, `quaternion` four.
+/// `attitude` is null or was made by this library. `gyro`, `accel` and `mag` are null or have three
+/// numbers. `quaternion` is null or has four numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_attitude_update(
     attitude: *mut zr_attitude,
@@ -288,7 +288,8 @@ pub unsafe extern "C" fn zr_attitude_reset(attitude: *mut zr_attitude) -> zr_cod
     answer(unsafe { memory::exclusive(attitude) }.map(|attitude| attitude.0.reset()))
 }
 
-/// For a sensor that was switched off and on: resets the state, but keeps the gyro's matrix.
+/// Continues after the sensor was switched off and on: resets the state, but keeps the gyro's
+/// matrix.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library.
@@ -320,10 +321,10 @@ pub unsafe extern "C" fn zr_attitude_save(
     }))
 }
 
-/// Restores the attitude of a checkpoint, `bytes`, in `memory`, as `zr_drift_restore` does.
+/// Restores the attitude of the checkpoint `bytes` in `memory`, as `zr_drift_restore` does.
 ///
 /// # Safety
-/// `memory` has `size` bytes, `bytes` has `n`; `attitude` is null or valid.
+/// `memory` has `size` bytes; `bytes` has `n` bytes; `attitude` is null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_attitude_restore(
     memory: *mut c_void,

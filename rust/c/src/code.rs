@@ -19,7 +19,7 @@ pub enum zr_code {
     ZR_PARAMETER = 3,
     /// The buffer is too small for this checkpoint.
     ZR_BUFFER = 4,
-    /// The bytes are no checkpoint.
+    /// The bytes are not a checkpoint.
     ZR_NO_CHECKPOINT = 5,
     /// The checkpoint belongs to another version of zerorate, or to another type.
     ZR_OTHER_CHECKPOINT = 6,

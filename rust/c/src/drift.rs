@@ -37,7 +37,7 @@ pub enum zr_method {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_motion {
-    /// `ZR_HOLD` for `ZR_AUTO`, `ZR_IGNORE` for other methods.
+    /// `ZR_MOTION_HOLD` for `ZR_AUTO`, `ZR_MOTION_IGNORE` for other methods.
     ZR_MOTION_USUAL = 0,
     /// Learns at rest only and holds the bias in motion.
     ZR_MOTION_HOLD = 1,
@@ -45,7 +45,7 @@ pub enum zr_motion {
     ZR_MOTION_IGNORE = 2,
 }
 
-/// Parameters of a drift filter. Zero selects the default of all parameters except the rate.
+/// Parameters of a drift filter. Zero means the default for every parameter except the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_drift_params {
@@ -55,7 +55,7 @@ pub struct zr_drift_params {
     pub method: i32,
     /// A `zr_motion`.
     pub motion: i32,
-    /// Not zero: `zr_drift_update` returns the bias instead of the sample minus the bias.
+    /// Output of `zr_drift_update`; zero: the sample minus the bias, otherwise the bias.
     pub estimate: i32,
     /// End of the sensor's range in the samples' unit; zero: no limit.
     pub limit: f64,
@@ -78,7 +78,7 @@ pub enum zr_drift_status {
     /// The bias is the mean to date.
     ZR_STARTING = 0,
     /// The bias is the mean to date, since the learned scale was wrong by orders of magnitude.
-    ZR_STARTING_ANEW = 1,
+    ZR_RESTARTING = 1,
     /// The bias is learned.
     ZR_AT_REST = 2,
     /// The bias is held.
@@ -95,7 +95,7 @@ impl From<Status> for zr_drift_status {
     fn from(status: Status) -> Self {
         match status {
             Status::Starting => Self::ZR_STARTING,
-            Status::Restarting => Self::ZR_STARTING_ANEW,
+            Status::Restarting => Self::ZR_RESTARTING,
             Status::AtRest => Self::ZR_AT_REST,
             Status::InMotion => Self::ZR_IN_MOTION,
             Status::NoRestYet => Self::ZR_NO_REST_YET,
@@ -111,8 +111,8 @@ impl From<Status> for zr_drift_status {
 pub struct zr_drift_state {
     /// The sensor's output without rotation.
     pub bias: f64,
-    /// Standard deviation of the bias. For `ZR_AUTO` it belongs to the mean bias over the next 10
-    /// s, for other methods it follows from their model.
+    /// Standard deviation of the bias. For `ZR_AUTO` it is for the mean bias over the next 10 s.
+    /// For other methods it follows from their model.
     pub bias_sigma: f64,
     /// Samples to date, missing ones included.
     pub samples: u64,
@@ -248,9 +248,9 @@ pub unsafe extern "C" fn zr_drift_explain(
     params.filter().err().map_or(0, |error| Text::explain(&error, text))
 }
 
-/// Creates a filter before its first sample in `memory`, which has `size` bytes. `filter` gets its
-/// address, which is `memory`. The filter is valid until the memory is used for something else.
-/// Nothing has to be freed, and `memcpy` may copy the filter.
+/// Creates a filter before its first sample in `memory`, which has `size` bytes. `filter` gets the
+/// filter's address, which is `memory`. The filter is valid until the memory is used for something
+/// else. Nothing has to be freed, and `memcpy` may copy the filter.
 ///
 /// # Safety
 /// `memory` has `size` bytes; `params` and `filter` are null or valid.
@@ -267,8 +267,8 @@ pub unsafe extern "C" fn zr_drift_init(
     answer(unsafe { memory::put(new, memory, size, filter) })
 }
 
-/// Processes one sample; NaN is a missing sample. `rate` gets the sample minus the bias, NaN for a
-/// missing sample. The time is constant.
+/// Processes one sample; NaN is a missing sample. `rate` gets the sample minus the bias, or NaN for
+/// a missing sample. The call takes constant time.
 ///
 /// # Safety
 /// `filter` is null or was made by this library; `rate` is null or valid.
@@ -278,8 +278,8 @@ pub unsafe extern "C" fn zr_drift_update(filter: *mut zr_drift, z: f64, rate: *m
     unsafe { zr_drift_update_while(filter, z, false, rate) }
 }
 
-/// Processes one sample; `moving` is true if the body is known to move. The gyro's output is then
-/// no bias, even if it is constant.
+/// Processes one sample; `moving` is true if the body is known to move. A constant output of the
+/// gyro is then no bias.
 ///
 /// # Safety
 /// As in `zr_drift_update`.
@@ -347,8 +347,8 @@ pub unsafe extern "C" fn zr_drift_reset(filter: *mut zr_drift) -> zr_code {
     }))
 }
 
-/// For a sensor that was switched off and on: `ZR_AUTO` forgets the bias but keeps the noise, other
-/// methods start again.
+/// Continues after the sensor was switched off and on. `ZR_AUTO` forgets the bias and keeps the
+/// noise. Other methods start again.
 ///
 /// # Safety
 /// `filter` is null or was made by this library.
@@ -388,11 +388,12 @@ pub unsafe extern "C" fn zr_drift_save(
     }))
 }
 
-/// Restores the filter of a checkpoint, `bytes`, in `memory`, as `zr_drift_init` does. It continues
-/// with bit-identical results. Bytes that are no checkpoint are refused.
+/// Restores the filter of the checkpoint `bytes` in `memory`. `filter` gets its address, as in
+/// `zr_drift_init`. The filter continues with bit-identical results. Bytes that are not a
+/// checkpoint are refused.
 ///
 /// # Safety
-/// `memory` has `size` bytes, `bytes` has `n`; `filter` is null or valid.
+/// `memory` has `size` bytes; `bytes` has `n` bytes; `filter` is null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_restore(
     memory: *mut c_void,

@@ -10,8 +10,8 @@
 //!   the state), `R` (measurement noise variance), `S` (innovation variance), `K` (gain).
 //! - "FH n" is equation n of Fu & Han, *Acta Photonica Sinica* 48(12), 1212003, 2019.
 //!
-//! A step allocates nothing, takes constant time and cannot panic. A lane mask can express every
-//! branch on data, and the steps also run on SIMD lanes.
+//! A step allocates nothing, takes constant time and cannot panic. A lane mask replaces every
+//! branch on data, so the steps also run on SIMD lanes.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]

@@ -11,29 +11,28 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Measurement noise variance R of a stream, from its Allan variance at one sample.
+/// Measurement noise variance R: the Allan variance at an averaging time of one sample interval.
 ///
-/// The average has fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with
+/// R is an average with fading memory: ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with
 /// ``1/w = 1 + fading / w_before`` (Fu & Han 2019, equations 17, 18 and 26 to 31). A sample that is
-/// not finite is missing, and differences across it are left out. One object serves one thread at a
+/// not finite is missing, and differences with it are left out. One object serves one thread at a
 /// time.
 ///
 /// Parameters
 /// ----------
 /// fading : float, default 0.97
 ///     Fading factor b in (0, 1]: the weight of a difference falls by this factor at each sample. A
-///     small factor follows changes quickly, a large factor averages. 1 weighs all differences
-///     equally and gives the Allan variance of the whole record.
+///     small factor follows changes quickly, a large factor averages. With 1 all differences have
+///     equal weight, and R is the Allan variance of the whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     ``"allan"`` uses first differences. ``"hadamard"`` uses second differences,
 ///     ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a constant angular acceleration does not
 ///     change.
 /// floor : float, default 0.0
 ///     Smallest variance to return, in the square of the samples' unit. A coarsely quantised gyro
-///     at rest repeats one value, and R would fall to zero.
+///     repeats one value at rest; without a floor, R would then fall to zero.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single signal without a channel axis.
-///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -54,10 +53,12 @@ pub struct AllanNoise {
 
 streaming!(
     AllanNoise,
-    update: "Takes one sample and returns the noise variance R: float to float, with channels (k,) to
-    (k,).",
-    process: "The noise variance R after each sample of a batch: (n,) to (n,), with channels (n, k)
-    to (n, k); the interpreter lock is released.",
+    update: "Process one sample and return the noise variance R.
+
+    Sample and variance are floats, or arrays (k,) with k channels.",
+    process: "Return the noise variance R after each sample of a batch.
+
+    Samples and variances are (n,), or (n, k) with k channels. The interpreter lock is released.",
     out
 );
 streaming!(@bank AllanNoise, core::AllanNoise<f64>);
@@ -89,28 +90,32 @@ impl AllanNoise {
 }
 
 getters! { AllanNoise, slf, py, this;
-    /// Present variance R, in the square of the samples' unit: float, with channels (k,).
+    /// Present variance R, in the square of the samples' unit.
+    ///
+    /// A float, or an array (k,) with k channels.
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
 /// Allan and Hadamard deviations of a stream at all octaves.
 ///
 /// Averaging times are 1, 2, 4, … samples. The estimators are fully overlapping: they take a
-/// difference at every sample. They equal the deviations of the whole record to rounding. For this
-/// the object keeps the last samples, three times the longest averaging time: ``16 * 2**octaves``
-/// bytes per channel, 1 MiB for 16 octaves. The length of the record does not matter.
+/// difference at every sample. The deviations equal the deviations of the whole record to rounding.
+/// The memory does not depend on the length of the record. It is ``16 * 2**octaves`` bytes per
+/// channel, 1 MiB for 16 octaves.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing, and every difference that needs it
 /// is left out. One object serves one thread at a time.
 ///
 /// Differences are computed for 32 samples together: every 32nd sample does the work, in bounded
 /// time and without allocation. The properties are always up to date.
+///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples per second; it scales only ``taus``.
+///     Samples per second; only ``taus`` depends on it.
 /// octaves : int, default 16
-///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
+///     Number of averaging times, from 1 to 24. With 16 the longest averaging time is 32768
+///     samples.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single signal without a channel axis.
 ///
@@ -147,8 +152,10 @@ pub struct StreamingAllan {
 
 streaming!(
     StreamingAllan,
-    update: "Process one sample: a float, with channels (k,).",
-    process: "Process a batch: (n,), with channels (n, k); the interpreter lock is released."
+    update: "Process one sample: a float, or an array (k,) with k channels.",
+    process: "Process a batch, shape (n,), or (n, k) with k channels.
+
+    The interpreter lock is released."
 );
 streaming!(@bank StreamingAllan, core::StreamingAllan);
 
@@ -183,17 +190,20 @@ getters! { StreamingAllan, slf, py, this;
     octaves: usize = this.first().octaves();
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Averaging times in seconds: (octaves,).
+    /// Averaging times, s, shape (octaves,).
     taus: Object<'py> = {
         let first = this.first();
         let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
         arrays::array(py, taus, &[first.octaves()])?
     };
-    /// Allan deviation in the samples' unit: (octaves,), with channels (octaves, k).
+    /// Allan deviation in the samples' unit.
     ///
-    /// NaN for an averaging time without a difference.
+    /// It is NaN for an averaging time without a difference. An array (octaves,), or (octaves, k)
+    /// with k channels.
     deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
-    /// Hadamard deviation, as ``deviation``; a constant angular acceleration does not change it.
+    /// Hadamard deviation, with the unit and shape of ``deviation``.
+    ///
+    /// A constant angular acceleration does not change it.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
     term_count: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;

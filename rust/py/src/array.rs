@@ -179,21 +179,21 @@ impl<const A: usize> ArrayBank for One<A> {
 
 /// Fusion of many gyros of one body, live or in batches.
 ///
-/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does. Then all rates are
-/// rotated into the axes of the body. At rest the weights follow the sensors' noise, from Allan
-/// variances over 1/8 s, 1 s and 4 s. In motion, where scale errors dominate, the weights are
+/// The array learns the drift of each axis of each sensor, as a ``DriftFilter`` does. Then all
+/// rates are rotated into the axes of the body. At rest the weights follow the sensors' noise, from
+/// Allan variances over 1/8 s, 1 s and 4 s. In motion, where scale errors dominate, the weights are
 /// nearly equal.
 ///
 /// A sample far from the median of the other sensors is not used. A sensor is excluded if it
-/// disagrees with the others over a quarter of a second. The fault may be an offset, sign, scale,
-/// exchanged axes or noise. The sensor returns once it has agreed for 10 s, at a rate at which the
-/// fault would show. If two sensors disagree, it is unknown which sensor is wrong: both are used,
-/// and ``health`` is ``"disputed"``.
+/// disagrees with the other sensors over a quarter of a second. The fault may be an offset, a wrong
+/// sign, a scale error, exchanged axes or noise. The sensor is used again after it has agreed for
+/// 10 s, at a rate at which the fault would show. If only two sensors are left and they disagree,
+/// both are used, and ``health`` is ``"disputed"``.
 ///
-/// N sensors have about sqrt(N) times less noise than one sensor; the excess over this is seldom
-/// more than 20 %. An array of one sensor gives bit-identical results to a ``DriftFilter``. A
-/// sample that is not finite is missing, and a sample of a stuck sensor counts as missing. The rate
-/// is NaN if no sample is left. One object serves one thread at a time.
+/// The fused noise of N sensors is about the noise of one sensor divided by sqrt(N), seldom more
+/// than 20 % above this value. An array of one sensor gives results that are bit-identical to a
+/// ``DriftFilter``. A sample that is not finite is missing. A sample of a stuck sensor counts as
+/// missing. The rate is NaN if no sample is left. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -206,29 +206,30 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rotations : array_like, shape (sensors, 3, 3), optional
 ///     Rotation matrices from each sensor's axes to the body's; by default all axes are aligned.
 /// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
-///     One per sensor, for samples in the unit of the array. Scale and misalignment are corrected
-///     in the sensor's own axes. Biases are learned. g-sensitivity is not corrected here;
-///     ``Calibration.apply`` removes it.
+///     One calibration per sensor, for samples in the unit of the array. Scale and misalignment are
+///     corrected in the sensor's own axes. Biases are learned. g-sensitivity is not corrected;
+///     ``Calibration.apply`` corrects it.
 /// limit : float, optional
 ///     Saturation level: a sample of this size or more counts as missing.
 /// rest_limit, bias_limit : float, optional
 ///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
-///     ``"auto"`` weighs by noise and scale error, ``"mean"`` equally, ``"white"`` by white noise
-///     alone. An array states the weights, for example from
+///     ``"auto"`` weights the sensors by noise and scale error, ``"mean"`` equally, ``"white"`` by
+///     white noise alone. An array states the weights, for example from
 ///     ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
 ///     Standard deviation of the sensors' scale factors, from 0 to 1.
 /// method : {"auto", "centralised"}
-///     ``"centralised"`` is the published filter of two stages, for comparison. It models the rate
-///     itself as a random walk, removes no bias, and lags behind every motion.
+///     ``"auto"`` is described above. ``"centralised"`` is a published filter of two stages, for
+///     comparison. It models the rate itself as a random walk, removes no bias, and lags behind
+///     every motion.
 /// labels : sequence of str, optional
-///     Names of the sensors; by default ``"1"``, ``"2"``, and onwards.
+///     Names of the sensors; by default ``"1"``, ``"2"``, ….
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or an array has another shape.
+///     A parameter is out of range, or an array has a wrong shape.
 ///
 /// References
 /// ----------
@@ -370,8 +371,8 @@ impl GyroArray {
 
     /// Process one sample of every sensor and return the rate of the body.
     ///
-    /// The sample is (sensors, 3) and the rate (3,); with one axis (sensors,) and float. NaN if no
-    /// sensor is left.
+    /// The sample is (sensors, 3), the rate (3,). With one axis the sample is (sensors,), the rate
+    /// a float. The rate is NaN if no sensor is left.
     fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.update(z)
     }
@@ -398,17 +399,19 @@ impl GyroArray {
         seen.named(py, n, &axes)
     }
 
-    /// Forget the biases and keep the noise: for sensors that were switched off and on.
+    /// Forget the biases and keep the noise, for sensors that were switched off and on.
     fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.bank.power_on();
         Ok(())
     }
 
-    /// Allan covariances at rest to date, of one axis of the body.
+    /// Return the Allan covariances at rest to date, for one axis of the body.
     ///
-    /// The averaging times are in s, (m,). The covariances are in the samples' unit squared, (m,
-    /// sensors, sensors). The counts, (m, sensors, sensors), are the differences of successive
-    /// means in each covariance.
+    /// The result is a tuple:
+    ///
+    /// - averaging times, s, (m,);
+    /// - covariances, samples' unit squared, (m, sensors, sensors);
+    /// - number of differences in each covariance, (m, sensors, sensors).
     #[pyo3(signature = (axis=0))]
     fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
@@ -438,14 +441,16 @@ getters! { GyroArray, slf, py, this;
     axes: usize = this.shared.bank.axes();
     /// Names of the sensors.
     labels: Bound<'py, PyTuple> = PyTuple::new(py, &this.shared.bank.params().labels)?;
-    /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
-    bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
-    /// Standard deviation of ``bias``: (sensors, 3), with one axis (sensors,).
+    /// Bias of each sensor in its own axes.
     ///
-    /// It belongs to the mean bias over the next 10 s, as in `DriftFilter`. With "centralised",
-    /// which removes no bias, it is each sensor's own standard deviation.
+    /// An array (sensors, 3), or (sensors,) for one axis.
+    bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
+    /// Standard deviation of ``bias``, with the shape of ``bias``.
+    ///
+    /// It is for the mean bias over the next 10 s, as in `DriftFilter`. With "centralised", which
+    /// removes no bias, it is each sensor's own standard deviation.
     bias_sigma: Object<'py> = arrays::array(py, this.shared.bank.bias_sigmas(), this.shared.axes())?;
-    /// Weight of each sensor in the last rate, 0 if unused: (sensors, 3), with one axis (sensors,).
+    /// Weight of each sensor in the last rate, 0 if it was not used; with the shape of ``bias``.
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
     /// Health of each sensor, a tuple of str.
     ///
@@ -455,7 +460,7 @@ getters! { GyroArray, slf, py, this;
         let health = this.shared.bank.health();
         PyTuple::new(py, health.into_iter().map(Health::name))?
     };
-    /// True for each axis at rest: (3,), with one axis (1,).
+    /// True for each axis at rest, shape (3,), or (1,) for one axis.
     at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();

@@ -32,7 +32,7 @@ type Vector<'py, T = f64> = Bound<'py, PyArray1<T>>;
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape.
+///     An array has a wrong shape.
 #[pyfunction]
 pub fn check_ticks<'py>(
     py: Python<'py>,
@@ -75,7 +75,7 @@ pub fn check_ticks<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape.
+///     An array has a wrong shape.
 #[pyfunction]
 pub fn check_gyro<'py>(
     py: Python<'py>,
@@ -121,7 +121,7 @@ pub fn check_gyro<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, or a window is not within the ticks.
+///     An array has a wrong shape, or a window is not within the ticks.
 #[pyfunction]
 pub fn check_fit<'py>(
     py: Python<'py>,
@@ -172,7 +172,7 @@ pub fn check_fit<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape.
+///     An array has a wrong shape.
 #[pyfunction]
 pub fn check_field<'py>(
     py: Python<'py>,

@@ -39,12 +39,13 @@ type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vect
 /// mode : str
 ///     Treatment of details above the threshold: "soft" or "hard".
 /// approximation : bool
-///     True if the approximation below the last level is thresholded, too.
+///     True if the approximation below the last level is also thresholded.
 ///
 /// Returns
 /// -------
 /// tuple
-///     The signal, with the shape of ``z``; then level, sigma and threshold, each (k,).
+///     First the denoised signal, with the shape of ``z``. Then level, sigma and threshold of each
+///     record, each of shape (k,).
 ///
 /// Raises
 /// ------
@@ -230,34 +231,34 @@ fn missing(record: &[f64]) -> Option<usize> {
 ///
 /// A decimated bank of Daubechies' filters splits the signal into octaves. Details smaller than
 /// ``threshold`` standard deviations of the noise are removed (VisuShrink), and the signal is
-/// reconstructed. ``update`` returns the value of the sample ``delay`` samples ago, exactly
-/// ``(2**level - 1) * (taps - 1) + 1``. With ``threshold=0`` it returns that sample, to rounding.
-/// **At equal delay a linear-phase low-pass is nearly always better**:
+/// reconstructed. ``update`` returns the denoised value of the sample ``delay`` samples ago;
+/// ``delay`` is ``(2**level - 1) * (taps - 1) + 1``. With ``threshold=0`` it returns this sample
+/// unchanged, to rounding. **A linear-phase low-pass of the same delay is nearly always better**:
 /// docs/explanation/wavelets.md.
 ///
-/// The standard deviation of the noise is learned from the details of the finest octave, by
-/// counting. An outlier changes it no more than any other sample does. Learning begins with sixteen
-/// details; before, nothing is removed. Motion that reaches the finest octave counts as noise after
-/// a while. A longer filter keeps faster motion out of this octave.
+/// The standard deviation of the noise is learned from the finest octave: the denoiser counts the
+/// details within this standard deviation. An outlier therefore changes it no more than any other
+/// sample does. Nothing is removed before the first sixteen details. Motion in the finest octave
+/// counts as noise after some time. With a longer wavelet, less of the motion is in this octave.
 ///
-/// A sample that is not finite (or ``update(None)``) is missing: the last sample replaces it, and
-/// details that contain it do not change the noise. The output is NaN before the first sample. One
-/// object serves one thread at a time.
+/// A sample that is not finite (or ``update(None)``) is missing. The last sample replaces it.
+/// Details from missing samples do not change the noise. The output is NaN before the first sample.
+/// One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples per second; they set ``delay_seconds`` and the time constant of the noise, about 10
-///     s.
+///     Samples per second. The rate determines ``delay_seconds``, and the time constant of the
+///     learned noise, about 10 s.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
-///     Name of the wavelet, with 2, 4, 8 or 16 taps. A short wavelet delays less, a long wavelet
+///     Name of the wavelet, with 2, 4, 8 or 16 taps. A short wavelet has less delay. A long wavelet
 ///     distinguishes motion from noise better.
 /// level : int, default 3
 ///     Number of denoised octaves, from 1 to 10. Each octave halves the variance of white noise and
 ///     doubles the delay.
 /// mode : {"hard", "soft"}, default "hard"
 ///     Treatment of details above the threshold: "hard" keeps them, "soft" shrinks them by the
-///     threshold. "soft" is smoother at rest and distorts motion.
+///     threshold. With "soft" the output is smoother at rest, but motion is distorted.
 /// threshold : float, default 4.0
 ///     Threshold in standard deviations of the noise; 4 is VisuShrink's value for 3000 samples. 0
 ///     removes nothing.
@@ -287,11 +288,12 @@ pub struct WaveletDenoiser {
 
 streaming!(
     WaveletDenoiser,
-    update: "Process one sample and return the denoised value of ``delay`` samples ago: float to
-    float, with
-    channels (k,) to (k,).",
-    process: "What ``update`` returns for each sample of a batch: (n,) to (n,), with channels (n, k)
-    to (n, k); the interpreter lock is released.",
+    update: "Process one sample and return the denoised value of ``delay`` samples ago.
+
+    Sample and value are floats, or arrays (k,) with k channels.",
+    process: "Return the value of ``update`` for each sample of a batch.
+
+    Samples and values are (n,), or (n, k) with k channels. The interpreter lock is released.",
     out
 );
 streaming!(@bank WaveletDenoiser, core::WaveletDenoiser);
@@ -338,11 +340,14 @@ getters! { WaveletDenoiser, slf, py, this;
     delay: u64 = this.first().delay();
     /// Delay of the output, s.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Standard deviation of the noise to date: float, with channels (k,).
+    /// Standard deviation of the noise to date.
     ///
-    /// Its unit is the samples' unit; zero before it is known.
+    /// Its unit is the samples' unit. It is zero before it is known. A float, or an array (k,) with
+    /// k channels.
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
-    /// Number of missing samples to date: int, with channels (k,).
+    /// Number of missing samples to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

@@ -19,8 +19,8 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,) or (n, k)
-///     Rates of one axis or of k axes. Rates that are not finite or masked are missing. Each
-///     segment between two gaps counts only terms that lie within it.
+///     Rates of one axis or of k axes. Rates that are not finite or masked are missing. A term that
+///     needs a missing rate is left out.
 /// factors : sequence of int
 ///     Averaging times m in samples, at least 1.
 /// kind : str, default "oadev"
@@ -28,11 +28,11 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 ///     "theo1" or "pdev". No kind is corrected for bias. "theo1" has the averaging time 0.75 m and
 ///     needs an even m of at least 10. "tdev" and "ttotdev" are in the unit of ``z`` times samples.
 /// bridge : int, default 0
-///     Longest gap, in samples, that is closed by a straight line first.
+///     Longest gap, in samples, that is first filled by linear interpolation.
 /// threads : int, optional
-///     Number of threads. 1 stays on the calling thread, more create a pool of this size. The
-///     default is the process's own pool, with as many threads as the machine has. The result is
-///     bit-identical.
+///     Number of threads. With 1 the calling thread does the work; a larger number creates a pool
+///     of threads. The default is the process's pool, with as many threads as the machine has. The
+///     result does not depend on it, bit for bit.
 ///
 /// Returns
 /// -------
@@ -41,14 +41,14 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// terms : ndarray, int64, shape (t,) or (t, k)
 ///     Number of terms; each overlapping term is counted.
 /// exponent : ndarray, int64, shape (t,) or (t, k)
-///     Exponent α of the rate's noise S(f) ~ f^α at that averaging time. It is from -4 for Hadamard
-///     kinds, else from -2, to 2. If it cannot be identified, the previous factor's exponent is
-///     used, at first 0.
+///     Exponent α of the rate's noise S(f) ~ f^α at this averaging time. It is between -4 and 2 for
+///     Hadamard kinds, and between -2 and 2 for the other kinds. If it cannot be identified, the
+///     exponent of the previous factor is used, for the first factor 0.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     The kind is unknown, a factor is below 1, or ``z`` has another shape.
+///     The kind is unknown, a factor is below 1, or ``z`` has a wrong shape.
 /// TypeError
 ///     ``z`` does not hold real numbers.
 ///
@@ -89,7 +89,7 @@ pub fn allan_deviations<'py>(
     tabulate(z.py(), &curves, &shape)
 }
 
-/// Return the largest averaging factor with a term in a record of n samples, 0 if there is none.
+/// Return the largest averaging factor with a term in a record of n samples; 0 if none has a term.
 ///
 /// Raises
 /// ------

@@ -149,7 +149,7 @@ type Grid<'py> = (Matrix<'py>, Matrix<'py, bool>, Matrix<'py, i64>, usize, Vec<V
 /// count : int
 ///     Number of residuals.
 /// coefficients : list of ndarray
-///     [phi, theta, c] of each order, row by row; a row has one p.
+///     [phi, theta, c] of each order, row by row; each row is for one p.
 ///
 /// Raises
 /// ------
@@ -177,7 +177,7 @@ pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Gri
 ///
 /// They are three numbers. The first is the sum of the squared innovations, each over its variance
 /// at unit innovation variance. The second is the sum of the logarithms of these variances. The
-/// third is the number of samples present.
+/// third is the number of samples that are not missing.
 ///
 /// Raises
 /// ------
@@ -287,7 +287,7 @@ fn check_start(start: Option<&[f64]>, size: usize) -> PyResult<()> {
 /// Raises
 /// ------
 /// ValueError
-///     The width is below 1, or ``z`` has another shape.
+///     The width is below 1, or ``z`` has a wrong shape.
 #[pyfunction]
 pub fn without_outliers<'py>(
     z: &Bound<'py, PyAny>,
@@ -321,7 +321,7 @@ pub fn without_outliers<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     ``lags`` is below 1, or ``z`` has another shape.
+///     ``lags`` is below 1, or ``z`` has a wrong shape.
 #[pyfunction]
 pub fn lagged_products<'py>(
     z: &Bound<'py, PyAny>,
@@ -352,7 +352,7 @@ pub fn lagged_products<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     ``z`` has another shape, or a sample is missing.
+///     ``z`` has a wrong shape, or a sample is missing.
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     let values = arrays::record(z)?;

@@ -72,8 +72,8 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 ///
 /// The method is recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]``
 /// with a-posteriori residuals a (Fu & Han 2019, equations 8 to 13). Samples are centred and scaled
-/// by a start-up window. A sample that is not finite (or ``update(None)``) is missing and changes
-/// nothing. One object serves one thread at a time.
+/// by the mean and standard deviation of a start-up window. A sample that is not finite (or
+/// ``update(None)``) is missing and changes nothing. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -81,12 +81,12 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
 /// forgetting_factor : float, default 1.0
 ///     Forgetting factor λ in (0, 1]: a small λ forgets old samples quickly, 1 never forgets. The
-///     covariance never grows beyond its initial value.
+///     initial covariance is an upper limit for the covariance.
 /// channels : int, optional
 ///     Number of parallel signals; None is a single signal without a channel axis.
 /// startup : int, default 100
-///     Number of samples from which offset and scale are learned; extended until two samples
-///     differ.
+///     Number of samples from which offset and scale are learned. The start-up is extended until
+///     two samples differ.
 /// scale : float, optional
 ///     Standard deviation of the signal in its own unit; by default it is learned.
 ///
@@ -114,10 +114,13 @@ pub struct RecursiveLeastSquares {
 
 streaming!(
     RecursiveLeastSquares,
-    update: "Takes one sample and returns its a-posteriori residual, zero if it is missing: float to
-    float, with channels (k,) to (k,).",
-    process: "The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k);
-    the interpreter lock is released.",
+    update: "Process one sample and return its a-posteriori residual.
+
+    Sample and residual are floats, or arrays (k,) with k channels. The residual of a missing
+    sample is zero.",
+    process: "Return the a-posteriori residual of each sample of a batch.
+
+    Samples and residuals are (n,), or (n, k) with k channels. The interpreter lock is released.",
     out
 );
 
@@ -162,22 +165,26 @@ impl RecursiveLeastSquares {
 }
 
 getters! { RecursiveLeastSquares, slf, py, this;
-    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1).
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit.
+    ///
+    /// An array (p + q + 1,), or (k, p + q + 1) with k channels.
     coefficients: Object<'py> = {
         let values = this.shared.bank.coefficients();
         this.shared.arrays(py, values, &[this.shared.bank.size()])?
     };
     /// Covariance of the coefficients, for centred and scaled samples.
     ///
-    /// It is divided by the variance of the residuals. The shape is (p + q + 1, p + q + 1), with
-    /// channels (k, p + q + 1, p + q + 1).
+    /// It is divided by the variance of the residuals. The shape is (p + q + 1, p + q + 1); k
+    /// channels add a first axis of length k.
     covariance: Object<'py> = {
         let values = this.shared.bank.covariance();
         this.shared.arrays(py, values, &[this.shared.bank.size(); 2])?
     };
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// True after the start-up: bool, with channels (k,).
+    /// True after the start-up.
+    ///
+    /// A bool, or an array (k,) with k channels.
     ready: Object<'py> = {
         let ready = this.shared.bank.ready();
         this.shared.numbers(py, ready)?

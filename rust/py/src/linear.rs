@@ -26,40 +26,41 @@ const PIECE: usize = 1 << 21;
 /// Linear Kalman filter with an input, for any linear model.
 ///
 /// The model is ``x = F x + B u + w`` and ``z = H x + v``; w has covariance Q and v has covariance
-/// R. ``predict`` and ``update`` make one step, ``process`` processes a record with identical
+/// R. ``predict`` and ``update`` process one sample. ``process`` processes a record, with identical
 /// results. The covariance is always corrected in Joseph's form. ``x0`` and ``P0`` are valid before
 /// the first sample: each sample, including the first, begins with a prediction.
 ///
-/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None is a missing vector.
-/// The other elements of the vector still correct the state. A missing input counts as zero. A
-/// measurement that the previous elements determine to rounding corrects nothing. One object serves
+/// An element of a measurement that is NaN, infinite or beyond 1e150 is missing. The other elements
+/// of the vector still correct the state. None is a missing vector. A missing input counts as zero.
+/// An element that the previous elements determine to rounding corrects nothing. One object serves
 /// one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// F : array_like, shape (n, n)
-///     Transition matrix of a step; n up to 256. Up to 8 states and 4 measurements the code is
-///     specialised.
+///     Transition matrix of a step; n is at most 256. The filter is fastest for up to 8 states and
+///     4 measurements.
 /// H : array_like, shape (m, n)
 ///     Measurement matrix.
 /// Q, R : array_like, shape (n, n) and (m, m)
-///     Covariances of the process noise per step, and of the measurement noise. A small Q smooths
-///     and lags, a small R follows the measurements.
+///     Covariance Q of the process noise per step, and covariance R of the measurement noise. A
+///     small Q smooths and lags. A small R follows the measurements.
 /// B : array_like, shape (n, p), optional
 ///     Input matrix.
-/// x0 : array_like, shape (n,), or with channels (k, n) too, optional
-///     Initial state, zero by default.
+/// x0 : array_like, shape (n,) or (k, n), optional
+///     Initial state, zero by default. The shape (k, n) gives each of k channels its own state.
 /// P0 : array_like, shape (n, n), optional
-///     Covariance of ``x0``. By default the state is unknown: its standard deviation is ten
+///     Covariance of ``x0``. By default the state is unknown. Its standard deviation is then ten
 ///     thousand times the standard deviation of an estimate from n samples.
 /// channels : int, optional
 ///     Number of parallel filters with the same matrices; ``None`` is a single filter without a
-///     channel axis. Filters that miss the same samples share one covariance, which is fast.
+///     channel axis. Filters with the same missing samples share one covariance, which is fast.
 ///
 /// Raises
 /// ------
-///     A shape is wrong, a matrix is not finite, or a covariance is not symmetric or not positive
-///     semidefinite. Or P0 is needed, because a state is not observable, or because Q and R are
+/// ValueError
+///     A shape is wrong, a matrix is not finite, or a covariance is not symmetric and positive
+///     semidefinite. Also if ``P0`` is not given, and a state is not observable or Q and R are
 ///     zero.
 ///
 /// References
@@ -158,9 +159,9 @@ impl LinearKalman {
 
     /// Predict one step, ``x = F x + B u`` and ``P = F P F.T + Q``, and return the state.
     ///
-    /// The state is (n,), with channels (k, n). ``u`` is (p,), with channels (k, p), or a number
-    /// for one input; None is no input. Stated matrices apply to this step only; another B may have
-    /// another number of inputs.
+    /// The state is (n,), or (k, n) with k channels. ``u`` is (p,), or (k, p) with k channels, or a
+    /// number for one input; None is no input. Stated matrices apply to this step only. A stated B
+    /// may have a different number of inputs.
     #[pyo3(signature = (u=None, *, F=None, B=None, Q=None))]
     fn predict<'py>(
         slf: &Bound<'py, Self>,
@@ -193,10 +194,11 @@ impl LinearKalman {
         filters.state(slf.py())
     }
 
-    /// Correct the state by a measurement and return it: (n,), with channels (k, n).
+    /// Correct the state by a measurement and return the state.
     ///
-    /// ``z`` is (m,), with channels (k, m), or a number for one measurement; None is a missing
-    /// vector. Stated matrices apply to this step only.
+    /// The state is (n,), or (k, n) with k channels. ``z`` is (m,), or (k, m) with k channels, or a
+    /// number for one measurement; None is a missing vector. Stated matrices apply to this step
+    /// only.
     #[pyo3(signature = (z, *, H=None, R=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -226,11 +228,11 @@ impl LinearKalman {
 
     /// Process a record from the present state and return a ``zerorate.linear.LinearRun``.
     ///
-    /// Each sample is one ``predict`` and one ``update``. ``z`` is (n, m), with channels (n, k, m).
-    /// ``u`` is (n, p), with channels (n, k, p). The last axis may be omitted if its length is 1. A
-    /// stated matrix applies to this record: one matrix for all samples, or one per sample, (n, .,
-    /// .). ``keep="state"`` keeps only the states, for many filters or long records. The
-    /// interpreter lock is released.
+    /// Each sample is one ``predict`` and one ``update``. ``z`` is (n, m), ``u`` is (n, p). With k
+    /// channels they are (n, k, m) and (n, k, p). The last axis may be omitted if its length is 1.
+    /// A stated matrix applies to this record only. It is one matrix for all samples, or one per
+    /// sample, with n as first axis. ``keep="state"`` keeps only the states, for many filters or
+    /// long records. The interpreter lock is released.
     #[pyo3(signature = (z, u=None, *, F=None, H=None, Q=None, R=None, B=None, keep="all"))]
     // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
@@ -349,19 +351,23 @@ impl LinearKalman {
 }
 
 getters! { LinearKalman, slf, py, this;
-    /// Transition matrix of a step: (n, n).
+    /// Transition matrix of a step, shape (n, n).
     F: Object<'py> = own(slf, |model| (&model.F, [0, 0]))?;
-    /// Measurement matrix: (m, n).
+    /// Measurement matrix, shape (m, n).
     H: Object<'py> = own(slf, |model| (&model.H, [1, 0]))?;
-    /// Covariance of the process noise of a step: (n, n).
+    /// Covariance of the process noise of a step, shape (n, n).
     Q: Object<'py> = own(slf, |model| (&model.Q, [0, 0]))?;
-    /// Covariance of the noise of a measurement: (m, m).
+    /// Covariance of the noise of a measurement, shape (m, m).
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
-    /// Input matrix: (n, p); p is 0 without one.
+    /// Input matrix, shape (n, p). Without an input matrix p is 0.
     B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
-    /// State: (n,), with channels (k, n).
+    /// State.
+    ///
+    /// An array (n,), or (k, n) with k channels.
     state: Object<'py> = this.shared.state(py)?;
-    /// Covariance of ``state``: (n, n), with channels (k, n, n).
+    /// Covariance of ``state``.
+    ///
+    /// An array (n, n), or (k, n, n) with k channels.
     covariance: Object<'py> = {
         let filters = &this.shared;
         let n = filters.bank.model().sizes[0];
@@ -372,22 +378,23 @@ getters! { LinearKalman, slf, py, this;
         // A copy for each channel, not a view of one matrix.
         across(shown, filters.channels, groups)?.call_method0("copy")?
     };
-    /// Innovation ``z - H x`` of the last ``update``: (m,), with channels (k, m).
+    /// Innovation ``z - H x`` of the last ``update``.
     ///
-    /// NaN for a missing measurement, and before the first ``update``.
+    /// NaN for a missing measurement, and before the first ``update``. An array (m,), or (k, m)
+    /// with k channels.
     innovation: Object<'py> = {
         let filters = &this.shared;
         filters.arrays(py, filters.bank.innovation(), &[filters.bank.model().sizes[1]])?
     };
-    /// Normalised innovation squared, ``y.T S^-1 y``: float, with channels (k,).
+    /// Normalised innovation squared, ``y.T S^-1 y``.
     ///
-    /// Its mean is the number of measurements if the model is correct. NaN if all measurements were
-    /// missing.
+    /// Its mean is the number of measurements m if the model is correct. It is NaN if all
+    /// measurements were missing. A float, or an array (k,) with k channels.
     nis: Object<'py> = this.shared.arrays(py, this.shared.bank.nis(), &[])?;
-    /// Log-likelihood of the last measurements, ``-(nis + log det(2 pi S)) / 2``: float, with
-    /// channels (k,).
+    /// Log-likelihood of the last measurements, ``-(nis + log det(2 pi S)) / 2``.
     ///
-    /// 0 if all measurements were missing: the sum over samples is the log-likelihood of a record.
+    /// It is 0 if all measurements were missing. Its sum over the samples is the log-likelihood of
+    /// a record. A float, or an array (k,) with k channels.
     log_likelihood: Object<'py> = this.shared.arrays(py, this.shared.bank.log_likelihood(), &[])?;
 }
 

@@ -14,7 +14,7 @@ type Piece = (usize, usize, bool);
 type Fitted<'py> =
     (Array<'py>, Bound<'py, PyArray1<f64>>, Array<'py>, f64, Bound<'py, PyArray1<f64>>);
 
-/// Return the spans with one hard iron each, and outliers, at the least cost.
+/// Return the spans with a constant hard iron, and the outliers, that have the least cost.
 ///
 /// Parameters
 /// ----------
@@ -38,7 +38,7 @@ type Fitted<'py> =
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, numbers do not increase, or a value is not finite.
+///     An array has a wrong shape, numbers do not increase, or a value is not finite.
 #[pyfunction]
 pub fn magnet_partition(
     py: Python<'_>,
@@ -94,7 +94,7 @@ pub fn magnet_partition(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, windows decrease, or numbers are too large.
+///     An array has a wrong shape, windows decrease, or numbers are too large.
 #[pyfunction]
 pub fn magnet_fit<'py>(
     py: Python<'py>,
@@ -136,7 +136,7 @@ pub fn magnet_fit<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, windows decrease, or numbers are too large.
+///     An array has a wrong shape, windows decrease, or numbers are too large.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are Python's")]
 pub fn magnet_covariance<'py>(

@@ -16,7 +16,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// probability : float
 ///     Probability in (0, 1).
 /// edf : array_like, shape (t,)
-///     Degrees of freedom, not necessarily whole; NaN if there are none.
+///     Degrees of freedom; they may be fractions. NaN if there are none.
 ///
 /// Returns
 /// -------
@@ -26,7 +26,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// Raises
 /// ------
 /// ValueError
-///     The probability is not in (0, 1), or `edf` has another shape.
+///     The probability is not in (0, 1), or `edf` has a wrong shape.
 #[pyfunction]
 pub fn chi_squared_quantile<'py>(
     probability: f64,
@@ -42,8 +42,7 @@ pub fn chi_squared_quantile<'py>(
     Ok(values.into_pyarray(edf.py()))
 }
 
-/// Return the probability that chi-squared exceeds a value; its relative error is small in the
-/// tail.
+/// Return the probability that chi-squared exceeds a value, accurate in the tail.
 ///
 /// Parameters
 /// ----------
@@ -78,7 +77,7 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
 /// Raises
 /// ------
 /// ValueError
-///     ``x`` has another shape.
+///     ``x`` has a wrong shape.
 #[pyfunction]
 pub fn log_normal_cdf<'py>(x: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
     let mut values = arrays::record(x)?;

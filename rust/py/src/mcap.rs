@@ -36,31 +36,31 @@ fn unpack(compression: &str, packed: &[u8], out: &mut [u8]) -> Option<()> {
     }
 }
 
-/// Returns the channels of an MCAP recording, and the messages of some of them.
+/// Return the channels of an MCAP recording, and the messages of the wanted channels.
 ///
 /// Parameters
 /// ----------
 /// raw : ndarray of uint8, shape (n,)
-///     The bytes of the recording, which nobody changes meanwhile.
+///     Bytes of the recording. They must not change during the call.
 /// wanted : list of int
-///     Numbers of the channels whose messages are returned.
+///     Numbers of the channels with messages to return.
 /// limit : int
-///     Messages to return at most.
+///     Largest number of messages to return.
 /// kept : list of (int, int)
-///     Parts of each message to keep, from one byte to another, counted from its end where they are
-///     negative; empty for all of it.
+///     Parts of each message to keep, each from a first byte to an end (exclusive). A negative
+///     number counts from the message's end. An empty list keeps whole messages.
 ///
 /// Returns
 /// -------
 /// profile : str
-///     The conventions that the recording follows.
+///     Profile of the recording: the name of its conventions.
 /// channels : list of tuple
-///     Of each channel: its number, its topic, the encoding of its messages, and the name, the
-///     encoding and the text of their type, empty where none is given.
+///     For each channel: its number, its topic and the encoding of its messages; then name,
+///     encoding and text of the messages' type, empty if not given.
 /// messages : tuple of ndarray
-///     In the order of time: the channel of each message, uint16, the time of its recording, ns,
-///     uint64, where what is kept of it begins and how many bytes it has in the file, uint64, each
-///     of shape (k,); and the bytes that are kept, uint8.
+///     Four arrays with one number per message, shape (k,), in the order of time: channel, uint16;
+///     time of recording, ns, uint64; index of its first kept byte, uint64; number of its bytes in
+///     the file, uint64. Then the kept bytes of all messages, uint8.
 ///
 /// Raises
 /// ------
@@ -97,17 +97,17 @@ pub fn read_mcap<'py>(
     Ok((found.profile, channels.collect(), arrays))
 }
 
-/// Returns bytes as a frame of LZ4.
+/// Return bytes as a frame of LZ4.
 ///
 /// Parameters
 /// ----------
 /// raw : ndarray of uint8, shape (n,)
-///     The bytes.
+///     Bytes to pack.
 ///
 /// Returns
 /// -------
 /// bytes
-///     The frame, by https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md.
+///     Frame in the format of https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md.
 #[pyfunction]
 pub fn pack_lz4<'py>(
     py: Python<'py>,

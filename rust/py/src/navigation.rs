@@ -38,21 +38,22 @@ const NOT_REACHED: u8 = 3;
 
 /// Position, velocity and attitude of a vehicle from inertial sensors and satellite fixes.
 ///
-/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation, and the biases of
-/// gyro and accelerometer. Each sample of the sensors is integrated. Fixes, rest and wheel speeds
-/// correct the drift. Body axes are forward, right, down. The earth's axes are north, east, down of
-/// WGS84.
+/// This is a loosely coupled Kalman filter of 15 errors: position, velocity, orientation, and the
+/// biases of gyro and accelerometer. Each sample of the sensors is integrated. Fixes, rest and
+/// wheel speeds correct the drift. Body axes are forward, right, down. The earth's axes are north,
+/// east, down of WGS84.
 ///
 /// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
 /// ten rejections in a row the filter is considered wrong and moves to the next position
-/// (``move_count``). After an outage of two seconds, and of five usual intervals, a position is
-/// rejected until the next position agrees with it. Then the filter accepts both, at any distance.
-/// A fix may be up to a second late. Without a known heading the filter waits. With
-/// ``vehicle="wheeled"`` it takes the heading from the course above 1 m/s.
+/// (``move_count``). A long outage lasts at least two seconds and five usual intervals. The first
+/// position after it is rejected until the next position agrees with it. Then the filter accepts
+/// both, at any distance. A fix may be up to a second older than the last sample. The filter waits
+/// until it knows the heading. With ``vehicle="wheeled"`` it takes the heading from the course
+/// above 1 m/s.
 ///
 /// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing. The last value
-/// replaces it for a tenth of a second, then the standard deviations grow. A gap is more than one
-/// second without samples, or two seconds without a gyro. After a gap the filter waits for a fix
+/// replaces it for a tenth of a second, then the standard deviations grow. More than one second
+/// without samples, or two seconds without a gyro, is a gap. After a gap the filter waits for a fix
 /// and keeps the biases. One object serves one thread at a time.
 ///
 /// Parameters
@@ -63,31 +64,31 @@ const NOT_REACHED: u8 = 3;
 ///     Noise of gyro, rad/s, and accelerometer, m/s^2: one model for all axes or one per axis. The
 ///     default is the noise of consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// gyro_vibration : float, default 0.0
-///     Additional noise of the gyro from vibration faster than its sampling. The value is the
-///     standard deviation of an axis over the standard deviation of its change between samples,
-///     from 0 to 1.
+///     Additional noise of the gyro from vibration faster than its sampling. The value is a ratio
+///     from 0 to 1: the standard deviation of the noise of an axis, divided by the standard
+///     deviation of the rate's change between samples.
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float or array_like, shape (3,), default 0.0
-///     Standard deviation of ``antenna``, m, one or one per axis. If it is not 0, the antenna's
-///     position is estimated and the property ``antenna`` shows it.
+///     Standard deviation of ``antenna``, m, one or one per axis. If it is not 0, the filter
+///     estimates the antenna's position, and the property ``antenna`` returns it.
 /// consider_antenna : bool, default False
-///     True: do not estimate the position, but include its standard deviation in ``sigma`` and
-///     gains (Schmidt).
+///     True: do not estimate the antenna's position, but include ``antenna_sigma`` in ``sigma`` and
+///     in the gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
-///     "wheeled": the vehicle neither slips sideways nor leaves the ground. This corrects the
-///     filter five times a second, above 1 m/s.
+///     "wheeled": the vehicle neither slips sideways nor leaves the ground. Above 1 m/s this
+///     corrects the filter five times a second.
 /// axle : array_like, shape (3,), optional
 ///     Only "wheeled": vector from the sensor to the unsteered axle, body axes, m.
 /// wheel_sigma : float, optional
-///     Only "wheeled": standard deviation of the velocity across, m/s, default 0.3.
+///     Only "wheeled": standard deviation of the sideways and vertical velocity, m/s, default 0.3.
 /// speed_sigma : float, optional
 ///     Only "wheeled": standard deviation of the wheels' speed, m/s, default 0.15.
 /// gate : float, default 50.0
 ///     Normalised innovation squared, of three degrees of freedom, above which a fix is rejected.
 /// adapt : {"inflate", "free", "fixed"}, default "inflate"
 ///     "inflate" raises the receiver's stated noise to the Allan variance of the innovations.
-///     "free" also lowers it, and "fixed" uses the stated noise.
+///     "free" raises or lowers the stated noise. "fixed" uses the stated noise.
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
@@ -97,10 +98,10 @@ const NOT_REACHED: u8 = 3;
 /// barometer_walk : float, default 0.02
 ///     Random walk of the barometer's reference, m/sqrt(s).
 /// compass_sigma : float, default 0.035
-///     Standard deviation of the compass's constant offset before the first reading, rad; 0 is no
-///     offset.
+///     Standard deviation of the compass's constant offset before the first reading, rad; 0 means
+///     no offset.
 /// compass_walk : float, default 0.001
-///     Random walk of that offset, rad/sqrt(s).
+///     Random walk of the compass's offset, rad/sqrt(s).
 /// baseline : array_like, shape (3,), optional
 ///     Vector from the first to the second antenna, body axes, m.
 /// limits : dict of str to float, optional
@@ -267,11 +268,11 @@ macro_rules! navigating {
                 Ok(Self { shared: Navigator::new(navigator) })
             }
 
-            /// Process one sample of the sensors and return ``status``.
+            /// Process one sample of the sensors and return the filter's ``status``.
             ///
-            /// Arguments are its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,).
-            /// ``rest`` is True if the vehicle is known to stand. ValueError if the time is not
-            /// later than the previous sample's time; the filter is then unchanged.
+            /// Arguments are the sample's time, s, the rate, rad/s, (3,), and the force, m/s^2,
+            /// (3,). ``rest`` is True if the vehicle is known to stand. The times of the samples
+            /// must increase. Otherwise a ValueError is raised, and the filter stays unchanged.
             #[pyo3(signature = (t, gyro, accel, rest=false))]
             fn update<'py>(
                 slf: &Bound<'py, Self>,
@@ -297,11 +298,16 @@ macro_rules! navigating {
             /// - velocity north, east, down, m/s, (3,) or None;
             /// - standard deviations of position and velocity, one or three axes.
             ///
-            /// Position and velocity are gated separately. A fix is rejected if its position is
-            /// rejected; without a position, if its velocity is rejected. A fix is refused if it is
-            /// over a second old, or a tenth of a second ahead of the sensors. It is also refused
-            /// if it has no number, or is beyond 89.5 deg. ValueError if a standard deviation is
-            /// not positive.
+            /// Position and velocity are gated separately. A fix with a position is rejected if its
+            /// position is rejected. A fix without a position is rejected if its velocity is
+            /// rejected. A fix is refused in four cases:
+            ///
+            /// - It is more than a second older than the last sample.
+            /// - It is more than a tenth of a second newer than the last sample.
+            /// - It has no finite number.
+            /// - Its latitude is beyond 89.5 deg.
+            ///
+            /// A ValueError is raised if a standard deviation is not positive.
             #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
                 text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
                     velocity_sigma=0.1)")]
@@ -326,15 +332,16 @@ macro_rules! navigating {
                 Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
             }
 
-            /// Process the speed of wheels and return True if it will be used.
+            /// Process the speed of the wheels and return True if it will be used.
             ///
             /// Arguments are the middle of the measurement's time span, s; the speed forward, m/s;
-            /// and its standard deviation, by default ``speed_sigma``. The scale of the wheels is
-            /// estimated, and yaw and pitch of their rolling axis (``wheel_constants``). A slipping
-            /// wheel has an innovation of over three standard deviations. It is ignored for ten
-            /// seconds and then has less weight. A speed is used only if the heading is known to
-            /// 0.1 rad. It is not used if it is over a second old or missing. ValueError if the
-            /// vehicle is not "wheeled", or the standard deviation is not positive.
+            /// and its standard deviation, by default ``speed_sigma``. The filter estimates the
+            /// scale of the wheels, and the direction in which they roll (``wheel_constants``). An
+            /// innovation of more than three standard deviations means that a wheel slips. Its
+            /// speeds are ignored for ten seconds and then have less weight. A speed is used only
+            /// if the heading is known to 0.1 rad. It is not used if it is missing, or over a
+            /// second old. A ValueError is raised if the vehicle is not "wheeled", or if the
+            /// standard deviation is not positive.
             #[pyo3(signature = (t, speed, sigma=None))]
             fn update_wheels(
                 slf: &Bound<'_, Self>,
@@ -349,84 +356,86 @@ macro_rules! navigating {
         }
 
         getters! { $class, slf, py, this;
-            /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix:
-            /// (3,).
-            position: Object<'py> = arrays::small(py, &degrees(this.shared.filter().snapshot().position));
-            /// Velocity north, east and down, m/s; NaN before the first fix: (3,).
-            velocity: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().velocity);
-            /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
-            quaternion: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().quaternion);
-            /// Bias of the gyro, rad/s: (3,).
-            gyro_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().gyro_bias);
-            /// Bias of the accelerometer, m/s^2: (3,).
-            accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
-            /// Standard deviations at the last step of the covariance; NaN before the first fix:
-            /// (15,).
+            /// Latitude and longitude, deg, and height, m, of the sensor, shape (3,).
             ///
-            /// They belong to:
+            /// They are NaN before the first fix.
+            position: Object<'py> = arrays::small(py, &degrees(this.shared.filter().snapshot().position));
+            /// Velocity north, east and down, m/s, shape (3,); NaN before the first fix.
+            velocity: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().velocity);
+            /// Quaternion w, x, y, z from the body's axes to north, east, down, shape (4,).
+            quaternion: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().quaternion);
+            /// Bias of the gyro, rad/s, shape (3,).
+            gyro_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().gyro_bias);
+            /// Bias of the accelerometer, m/s^2, shape (3,).
+            accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
+            /// Standard deviations of the state, shape (15,).
+            ///
+            /// They are computed at each step of the covariance (``covariance_step``), and NaN
+            /// before the first fix. The state is:
             ///
             /// - position north, east and down, m;
             /// - velocity north, east and down, m/s;
             /// - orientation about these axes, rad;
             /// - biases of gyro, rad/s, and accelerometer, m/s^2.
             sigma: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().sigma);
-            /// Covariance of the errors at its last step, in the order of ``sigma``: (15, 15).
+            /// Covariance of the state's errors, in the order of ``sigma``, shape (15, 15).
             ///
-            /// The error of the velocity is ``v_estimated - exp(-[phi x]) v``, with phi the error
-            /// of the orientation. Errors of biases are true minus estimated values.
+            /// The error of the velocity is ``v_estimated - exp(-[phi x]) v``; phi is the error of
+            /// the orientation. The error of a bias is the true minus the estimated value.
             covariance: Object<'py> = {
                 let covariance = this.shared.filter().covariance();
                 let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
                 arrays::array(py, places.collect(), &[STATES, STATES])?
             };
-            /// Scale of the wheels, and yaw and pitch, rad, of their rolling axis: (3,).
+            /// Scale of the wheels, and yaw and pitch, rad, of the direction in which they roll,
+            /// shape (3,).
             ///
-            /// The wheels roll (1 + scale) times as fast as measured. NaN before the first
-            /// measurement.
+            /// The wheels roll (1 + scale) times as fast as measured. The constants are NaN before
+            /// the first measurement.
             wheel_constants: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[0]);
-            /// Standard deviations of ``wheel_constants``: (3,).
+            /// Standard deviations of ``wheel_constants``, shape (3,).
             wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[1]);
-            /// Normalised innovations squared of the last position and velocity: (2,).
+            /// Normalised innovations squared of the last position and velocity, shape (2,).
             ///
-            /// Each is 3 on average if the filter is consistent; NaN before the first fix.
+            /// Each is 3 on average if the filter is consistent. They are NaN before the first fix.
             nis: Object<'py> = arrays::small(py, &this.shared.filter().nis());
-            /// Standard deviations of the receiver, learned from the innovations: (2, 3).
+            /// Standard deviations of the receiver, learned from the innovations, shape (2, 3).
             ///
-            /// The first row is the position, m, the second the velocity, m/s. NaN before ten pairs
-            /// of fixes.
+            /// The first row is for the position, m, the second row for the velocity, m/s. They are
+            /// NaN before ten pairs of fixes.
             learned_sigma: Object<'py> = {
                 let learned = this.shared.filter().learned_noise();
                 arrays::array(py, learned.concat(), &[2, 3])?
             };
             /// Status of the filter.
             ///
-            /// - "waiting": for a fix.
+            /// - "waiting": the filter waits for a fix.
             /// - "no heading": the heading is unknown.
             /// - "navigating": the normal status.
-            /// - "coasting": no fixes for two seconds.
-            /// - "missing": no samples of a sensor for a tenth of a second.
+            /// - "coasting": there have been no fixes for two seconds.
+            /// - "missing": a sensor has had no samples for a tenth of a second.
             status: &'static str = STATUSES[this.shared.filter().status() as usize];
-            /// Present estimate of the vector from the sensor to the antenna, body axes, m: (3,).
+            /// Present estimate of the vector from the sensor to the antenna, body axes, m, shape
+            /// (3,).
             antenna: Object<'py> = arrays::small(py, &this.shared.filter().antenna()[0]);
-            /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
+            /// Standard deviations of ``antenna``, shape (3,); 0 if ``antenna`` is not estimated.
             antenna_sigma: Object<'py> = arrays::small(py, &this.shared.filter().antenna()[1]);
             /// Time of the last sample, s; NaN before the first.
             time: f64 = this.shared.filter().time();
             /// Samples of the sensors to date, missing ones included.
             samples_seen: u64 = this.shared.filter().samples_seen();
-            /// Numbers of fixes to date by verdict: "used", "rejected", "refused".
+            /// Number of fixes to date for each verdict: "used", "rejected", "refused".
             fix_count: Bound<'py, PyDict> = {
                 let FixCounts { used, rejected, refused, .. } = *this.shared.filter().fixes();
                 let [one, two, three] = VERDICTS;
                 named(py, [(one, used), (two, rejected), (three, refused)])?
             };
-            /// Numbers of positions and velocities rejected by the gate to date: "positions",
-            /// "velocities".
+            /// Number of "positions" and of "velocities" that the gate has rejected to date.
             rejected_count: Bound<'py, PyDict> = {
                 let [positions, velocities] = this.shared.filter().fixes().rejected_of;
                 named(py, [("positions", positions), ("velocities", velocities)])?
             };
-            /// Number of moves of the filter to a position after ten rejections in a row.
+            /// Number of times that the filter moved to a position after ten rejections in a row.
             move_count: u64 = this.shared.filter().fixes().moved;
             /// Time, s, and distance, m, of the last move; None before the first move.
             last_move: Option<(f64, f64)> = {
@@ -445,23 +454,23 @@ aided!(NavigationFilter);
 
 #[pymethods]
 impl NavigationFilter {
-    /// Process a recording and the fixes of a receiver, and return the `Track` with its smoother.
+    /// Process a recording and a receiver's fixes, and return a `Track` that can be smoothed.
     ///
-    /// The recording has a gyro and an accelerometer on one clock. The result equals a loop over
-    /// ``update`` and ``update_gnss``. ``rest``, bool (n,), is True where the vehicle is known to
-    /// stand. ``wheel_speed`` is the speed of its wheels, m/s, (n,), NaN if unknown, or `Wheels`
-    /// with times and standard deviations. ``time_offset``, a number or a `TimeOffset`, is added to
-    /// the times of the fixes, s.
+    /// The recording has a gyro and an accelerometer with times of the same clock. The result
+    /// equals a loop over ``update`` and ``update_gnss``. ``rest``, bool (n,), is True where the
+    /// vehicle is known to stand. ``wheel_speed`` is the speed of the wheels, m/s, (n,), NaN if
+    /// unknown. It may also be `Wheels`, with times and standard deviations. ``time_offset``, s, a
+    /// number or a `TimeOffset`, is added to the times of the fixes.
     ///
-    /// ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids. They are arrays
-    /// at the samples, (n,) or (n, 3), NaN without a reading, or `Aid` with times and standard
-    /// deviations. After each sample, wheel speeds that are due are processed first, then readings
-    /// of aids in the order of their times, then fixes.
+    /// ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids. Each is an
+    /// array with one row per sample, (n,) or (n, 3), NaN for no reading. It may also be an `Aid`,
+    /// with times and standard deviations. Each wheel speed, reading or fix is processed after the
+    /// first sample at or after its time. If several are due at one sample, the order is wheel
+    /// speeds, readings by time, fixes.
     ///
     /// ``keep="track"`` omits the smoother's data, for long records. These data take about 2.5 kB
-    /// per step of the covariance. They take 1.7 kB more if wheels, antenna or constants of aids
-    /// are estimated.
-    /// estimated: for long records.
+    /// per step of the covariance. They take 4.2 kB if wheels, antenna or constants of aids are
+    /// estimated.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all",
@@ -494,22 +503,28 @@ impl NavigationFilter {
         )
     }
 
-    /// Do the work of ``process`` with arrays: times (n,) and samples (n, 3).
+    /// Process arrays as ``process`` does: times (n,) and samples (n, 3).
     ///
     /// ``fixes`` has one row per fix, shape (m, 13), NaN for missing values: time, position (deg,
     /// deg, m), velocity, and standard deviations of position and velocity. ``wheel_speed`` has a
-    /// speed for each sample, (n,), or rows of time, speed and standard deviation, (w, 3), in
-    /// order. ``aids`` has rows of kind (0 height, 1 pressure, 2 heading, 3 baseline), time,
-    /// reading and standard deviation of three axes, (a, 8), in order, NaN for missing values.
-    /// Wheel speeds, readings and fixes are processed in this order, after the first sample that is
-    /// not earlier.
+    /// speed for each sample, (n,), or rows of time, speed and standard deviation, (w, 3). ``aids``
+    /// has one row per reading, (a, 8), NaN for missing values: kind, time, reading of three axes
+    /// and its standard deviations. The kind is 0 for height, 1 for pressure, 2 for heading and 3
+    /// for baseline. The rows of ``wheel_speed`` and ``aids`` are in the order of their times. Each
+    /// wheel speed, reading or fix is processed after the first sample at or after its time. At one
+    /// sample the order is wheel speeds, readings, fixes.
     ///
-    /// Returns arrays by name. For each sample: the state, and the bits of its ``usable`` outputs.
-    /// For each reading: ``aid_verdict``, ``aid_nis`` and ``aid_taken``. For each fix: ``verdict``
-    /// (used, rejected, refused, or 3 after the last sample), ``nis`` (m, 2), ``innovation`` of
-    /// each axis of position and velocity (m, 6), ``innovation_sigma`` (m, 6), and ``taken``, the
-    /// time at which it was used, s. With ``record`` the second value is the smoother's record,
-    /// else None. The interpreter lock is released.
+    /// The first returned value is a dict of arrays:
+    ///
+    /// - For each sample: the state, and ``usable``. Bit 0 of ``usable`` is 1 if the position is
+    ///   usable; bits 1 to 4 are for height, velocity, attitude and heading.
+    /// - For each fix: ``verdict``, ``nis`` (m, 2), ``innovation`` (m, 6) and ``innovation_sigma``
+    ///   (m, 6) of position and velocity. ``taken`` is the time at which the fix was used, s.
+    /// - For each reading: ``aid_verdict``, ``aid_nis`` and ``aid_taken``.
+    ///
+    /// A verdict is 0 for used, 1 for rejected, 2 for refused, and 3 for a time after the last
+    /// sample. The second returned value is the smoother's record, or None without ``record``. The
+    /// interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
@@ -755,10 +770,10 @@ impl NavigationRecord {
     /// Smooth each of K steps with all fixes, and return arrays by name.
     ///
     /// ``sample`` is the index of the sample at the step's end. ``begins`` is True if the filter
-    /// began there. ``before`` and ``after`` are the errors of the state before and after the
-    /// step's measurements. ``sigma`` is their standard deviations, (K, 15), in the order of
-    /// `NavigationFilter.sigma`. Without ``deviations``, ``sigma`` is left out, which is many times
-    /// as fast.
+    /// began at this sample. ``before`` and ``after`` are the errors of the state before and after
+    /// the step's measurements. ``sigma`` are their standard deviations, (K, 15), in the order of
+    /// `NavigationFilter.sigma`. With ``deviations=False``, ``sigma`` is left out: the call is then
+    /// many times faster.
     #[pyo3(signature = (deviations=true))]
     fn smoothed<'py>(&self, py: Python<'py>, deviations: bool) -> PyResult<Bound<'py, PyDict>> {
         let count = self.steps.len();

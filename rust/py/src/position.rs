@@ -22,7 +22,7 @@ use crate::common::work::in_pieces;
 /// Numbers in a sample: position, speed, strength, rest and the time since the previous sample.
 const WIDTH: usize = 7;
 
-/// Position filter for a slow or standing receiver; it removes most of the fixes' wandering.
+/// Position filter for a slow or standing receiver; it removes most of the wandering of its fixes.
 ///
 /// A fix is a position east and north of a nearby point, m. Optional inputs:
 ///
@@ -33,24 +33,24 @@ const WIDTH: usize = 7;
 /// The methods:
 ///
 /// - **aided** uses all inputs. The Doppler velocity moves the position, and rest stops it. Fixes
-///   of weak signals have less weight. The slow error of the receiver is a state, and its wandering
-///   is not followed.
-/// - **moving_average** is the mean of the last ``window`` fixes. In motion it is delayed by half
-///   of them.
+///   from weak signals have less weight. The slow error of the receiver is estimated separately, so
+///   the position does not follow it.
+/// - **moving_average** is the mean of the last ``window`` fixes. In motion it lags by half of
+///   these fixes.
 /// - **kalman** assumes a constant velocity with a white acceleration.
-/// - **heading** rejects a step that is shorter than ``step`` and turns the course by more than
-///   ``turn``.
-/// - **strength** is "kalman" with less weight for fixes of weak signals. Below 45 dB-Hz the
+/// - **heading** ignores a fix if two conditions are met: the step to it is shorter than ``step``,
+///   and the course turns by more than ``turn``.
+/// - **strength** is "kalman" with less weight for fixes from weak signals. Below 45 dB-Hz the
 ///   variance is ``sigma**2 * 10**((45 - cn0) / 10)`` (the sigma-epsilon form).
 ///
-/// The last four are from papers and serve for comparison. **No method removes the slow error
-/// itself**: an error of metres that lasts for minutes looks like a position. Only a long
-/// observation averages it out.
+/// All methods except "aided" are from papers and serve for comparison. **No method removes the
+/// slow error itself**: an error of metres that lasts for minutes cannot be distinguished from a
+/// position. Only a mean over a long time reduces it.
 ///
 /// Missing values are NaN or None. Without a fix the position is only predicted. A missing velocity
 /// is replaced by the last velocity, with a standard deviation of ``acceleration`` times its age. A
-/// missing strength counts as strong. A method ignores inputs that it does not use. The output is
-/// NaN before the first fix. One object serves one thread at a time.
+/// missing strength counts as a strong signal. A method ignores inputs that it does not use. The
+/// output is NaN before the first fix. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -63,20 +63,20 @@ const WIDTH: usize = 7;
 /// window : int, default 10
 ///     Only "moving_average": number of fixes, 1 to 64.
 /// sigma : float, default 0.7
-///     Only "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis,
-///     m. A small value follows the fixes.
+///     Only "aided", "kalman" and "strength": standard deviation of the white noise of a fix with
+///     strong signals, per axis, m. With a small value the position follows the fixes.
 /// process_noise : float, default 0.5
 ///     Only "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small
-///     value smooths and lags in turns.
+///     value smooths more, and lags in turns.
 /// step, turn : float, default 3.0 and pi / 3
-///     Only "heading": length of a step, m, and turn of the course, rad.
+///     Only "heading": largest step that is ignored, m, and smallest turn of the course, rad.
 /// error_sigma, error_time : float, default 2.5 and 120.0
 ///     Only "aided": standard deviation of the receiver's slow error per axis, m, and its
-///     correlation time, s. Large values trust the fixes less.
+///     correlation time, s. With large values the position follows the fixes less.
 /// speed_sigma : float, default 0.1
-///     Only "aided": white noise of the Doppler velocity, per axis, m/s.
+///     Only "aided": standard deviation of the white noise of the Doppler velocity, per axis, m/s.
 /// acceleration : float, default 1.0
-///     Only "aided": rate of change of the velocity while it is unknown, m/s^2.
+///     Only "aided": acceleration by which the velocity can change while it is unknown, m/s^2.
 ///
 /// Raises
 /// ------
@@ -133,11 +133,11 @@ impl PositionFilter {
         Ok(bank.map_err(NativeError::from)?)
     }
 
-    /// Process a fix and return the position, m east and north: (2,) to (2,).
+    /// Process a fix and return the position, m east and north, shape (2,).
     ///
-    /// With channels the shapes are (k, 2). ``speed`` has the shape of ``position``. ``cn0`` is a
-    /// number and ``rest`` a bool, with channels (k,). ``dt`` is the time since the previous fix,
-    /// s, by default one period.
+    /// With k channels the shape is (k, 2). The arguments ``position`` and ``speed`` have the same
+    /// shape. ``cn0`` is a number and ``rest`` a bool; with k channels they are arrays (k,). ``dt``
+    /// is the time since the previous fix, s, by default one period.
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -155,10 +155,11 @@ impl PositionFilter {
         this.shared.update_row(slf.py(), &rows)
     }
 
-    /// Process each fix of a batch and return the positions: (n, 2) to (n, 2).
+    /// Process each fix of a batch and return the positions, shape (n, 2).
     ///
-    /// With channels the shapes are (n, k, 2). ``cn0`` and ``rest`` are (n,), with channels (n, k).
-    /// ``dt`` is one time for all fixes or (n,). The interpreter lock is released.
+    /// With k channels the shape is (n, k, 2). ``cn0`` and ``rest`` are (n,), or (n, k) with k
+    /// channels. ``dt`` is one time for all fixes, or an array (n,). The interpreter lock is
+    /// released.
     #[pyo3(signature = (
         position, speed=None, cn0=None, rest=None, dt=None, out=None, threads=None
     ))]
@@ -182,9 +183,9 @@ impl PositionFilter {
 
     /// Process a batch and return all estimates after each fix, as arrays by name.
     ///
-    /// position, velocity and receiver_error are (n, 2); sigma, missing and held are (n,); with
-    /// channels (n, k, …). ``missing`` marks missing fixes, ``held`` marks fixes ignored by
-    /// "heading".
+    /// position, velocity and receiver_error are (n, 2); sigma, missing and held are (n,). With k
+    /// channels the shapes are (n, k, …). ``missing`` marks missing fixes. ``held`` marks fixes
+    /// that "heading" ignored.
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -232,24 +233,30 @@ impl PositionFilter {
 }
 
 getters! { PositionFilter, slf, py, this;
-    /// Position east and north, m, NaN before the first fix: (2,), with channels (k, 2).
+    /// Position east and north, m; NaN before the first fix.
+    ///
+    /// An array (2,), or (k, 2) with k channels.
     position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
-    /// Standard deviation of ``position`` per axis, m: float, with channels (k,).
+    /// Standard deviation of ``position`` per axis, m.
     ///
-    /// NaN for "moving_average" and "heading".
+    /// NaN for "moving_average" and "heading". A float, or an array (k,) with k channels.
     sigma: Object<'py> = each(slf, &[], |known| vec![known.sigma])?;
-    /// Velocity east and north, m/s: (2,), with channels (k, 2).
+    /// Velocity east and north, m/s.
     ///
-    /// For "aided" it is the last given velocity, zero at rest. NaN for "moving_average" and
-    /// "heading".
+    /// For "aided" it is the last given velocity, and zero at rest. It is NaN for "moving_average"
+    /// and "heading". An array (2,), or (k, 2) with k channels.
     velocity: Object<'py> = each(slf, &[2], |known| known.velocity.to_vec())?;
-    /// Slow error of the receiver, m east and north: (2,), with channels (k, 2).
+    /// Slow error of the receiver, m east and north.
     ///
-    /// Estimated by "aided"; NaN for other methods.
+    /// "aided" estimates it; for other methods it is NaN. An array (2,), or (k, 2) with k channels.
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
-    /// True if the last fix was missing: bool, with channels (k,).
+    /// True if the last fix was missing.
+    ///
+    /// A bool, or an array (k,) with k channels.
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
-    /// True if "heading" ignored the last fix: bool, with channels (k,).
+    /// True if "heading" ignored the last fix.
+    ///
+    /// A bool, or an array (k,) with k channels.
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

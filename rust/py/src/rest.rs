@@ -14,20 +14,20 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Live detection of rest from a gyro's own output.
 ///
 /// Samples are grouped into ticks of a quarter of a second, at least four samples. The detector
-/// learns two values at rest: the variance within a tick, and the distance of its level from
-/// averages of 1, 4 and 16 s. A tick beyond what chance exceeds once in a million ends the rest.
-/// The next rest begins after 1.5 s near the level of the last rest. Results do not depend on the
-/// unit or on an added constant.
+/// learns two values at rest: the variance within a tick, and the distance of a tick's mean from
+/// averages over 1, 4 and 16 s. A tick ends the rest if chance explains its value only once in a
+/// million. The next rest begins after 1.5 s near the mean (level) of the last rest. Results do not
+/// depend on the unit or on an added constant.
 ///
-/// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
-/// only a level that has lasted for 10 s counts as rest.
+/// The start counts as rest after 1.5 s of samples that look like noise. If this proves wrong
+/// within 10 s, only a level that has lasted for 10 s counts as rest.
 ///
-/// Slow rotation at a constant rate and a bias look the same. A new constant level counts as rest
-/// after some time. This time is 10 s, plus about 11 s for each standard deviation of the samples
-/// between the old and the new level, at most 60 s. A new noise, such as an engine's, is accepted
-/// in the same way. The old level is kept, and a return to it takes 1.5 s. A rotation slower than
-/// about half of the samples' standard deviation is not noticed, and counts as drift. An
-/// accelerometer distinguishes many rotations from rest: ``MotionDetector``.
+/// Slow rotation at a constant rate cannot be distinguished from a bias. A new constant level
+/// counts as rest after some time. This time is 10 s, plus about 11 s for each standard deviation
+/// of the samples between the old and the new level, at most 60 s. A new noise level, such as an
+/// engine's, is accepted in the same way. The detector keeps the old level: a return to it takes
+/// 1.5 s. A rotation slower than about half of the samples' standard deviation is not noticed, and
+/// counts as drift. An accelerometer distinguishes many rotations from rest: ``MotionDetector``.
 ///
 /// A sample that is not finite is missing. Each channel is treated on its own. One object serves
 /// one thread at a time.
@@ -40,8 +40,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///     Number of signals; ``None`` is a single signal without a channel axis.
 /// rest_limit : float, optional
 ///     Largest standard deviation of the samples within a tick at rest, in the samples' unit. The
-///     means of six ticks may spread by at most three tenths of this limit. 10 deg/s suits MEMS
-///     gyros: motors shake samples, but hardly their means.
+///     means of six ticks may spread by at most 0.3 times this limit. 10 deg/s suits MEMS gyros:
+///     vibration from motors hardly changes the means.
 /// bias_limit : float, optional
 ///     Largest level at rest, in the samples' unit.
 ///
@@ -66,11 +66,15 @@ pub struct RestDetector {
 
 streaming!(
     RestDetector,
-    update: "Process one sample and return True if the sensor rests: float to bool, with channels
-    (k,) to (k,). ``moving`` states that the body moves, as a ``MotionDetector`` finds.",
-    process: "Return the mask of rest after each sample of a batch: (n,) to (n,), with channels
-    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is True where
-    the body moves, as a ``MotionDetector`` finds; a single thread is then used.",
+    update: "Process one sample and return True if the sensor rests.
+
+    The sample is a float and the result a bool. With k channels both are arrays (k,). ``moving``
+    states that the body moves, as a ``MotionDetector`` detects.",
+    process: "Return the mask of rest after each sample of a batch.
+
+    Samples and mask are (n,), or (n, k) with k channels. ``moving``, bool, (n,), is True where the
+    body moves, as a ``MotionDetector`` detects; a single thread is then used. The interpreter lock
+    is released.",
     moving
 );
 streaming!(@bank RestDetector, Core<f64>);
@@ -105,7 +109,9 @@ impl RestDetector {
 }
 
 getters! { RestDetector, slf, py, this;
-    /// True if the sensor rests: bool, with channels (k,).
+    /// True if the sensor rests.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples per second.
     rate: f64 = this.first().rate();
@@ -119,8 +125,8 @@ impl RestDetector {
 
 /// Live detection of a body's motion from its accelerometer alone.
 ///
-/// A gyro that turns slowly at a constant rate has the same output as a biased gyro at rest. In the
-/// axes of a turning body gravity turns, except for a rotation about the vertical.
+/// A gyro that turns slowly at a constant rate has the same output as a biased gyro at rest. The
+/// accelerometer sees gravity turn, except in a rotation about the vertical.
 ///
 /// Means of 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous means. If the
 /// body moves, the difference exceeds two limits: the samples' noise, and a rotation of gravity by
@@ -128,9 +134,9 @@ impl RestDetector {
 /// 0.05 deg/s is detected after half a minute.
 ///
 /// Motion ends when two conditions are met. First, no motion has been detected for 1.5 times the
-/// time of its detection. Second, the samples are about as quiet as before the motion; this
-/// condition is dropped after a minute. True means that the body moves, False that its motion is
-/// unknown.
+/// time that its detection took. Second, the samples are about as quiet as before the motion; after
+/// a minute this condition is not needed. The detector returns True if the body moves, and False if
+/// its motion is unknown.
 ///
 /// The accelerometer may have any unit and any axes. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
@@ -149,7 +155,7 @@ impl RestDetector {
 ///
 /// Examples
 /// --------
-/// A minute of rest, then one in which a body turns at 2 deg/s about a level axis:
+/// A body rests for a minute, then turns for a minute at 2 deg/s about a level axis:
 ///
 /// >>> import numpy as np, zerorate as zr
 /// >>> rng, t = np.random.default_rng(1), np.arange(12_000) / 100.0
@@ -161,7 +167,8 @@ impl RestDetector {
 /// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
 /// (False, True)
 ///
-/// With its result a drift filter does not learn a turn as a bias:
+/// With this mask a drift filter does not mistake the rotation for a bias:
+///
 /// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
 /// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
 /// >>> round(plain.bias, 1), round(held.bias, 1)
@@ -174,10 +181,13 @@ pub struct MotionDetector {
 
 streaming!(
     MotionDetector,
-    update: "Takes one sample of the accelerometer and returns True if the body moves: (3,) to bool,
-    with channels (k, 3) to (k,).",
-    process: "True where the body moves, after each sample of a batch: (n, 3) to (n,), with channels
-    (n, k, 3) to (n, k), bool; the interpreter lock is released.",
+    update: "Process one sample of the accelerometer and return True if the body moves.
+
+    The sample is (3,) and the result a bool. With k channels the sample is (k, 3), the result (k,).",
+    process: "Return the mask of motion after each sample of a batch.
+
+    The samples are (n, 3), the mask is (n,). With k channels they are (n, k, 3) and (n, k). The
+    interpreter lock is released.",
     out
 );
 streaming!(@bank MotionDetector, MotionCore);
@@ -201,13 +211,15 @@ impl MotionDetector {
 }
 
 getters! { MotionDetector, slf, py, this;
-    /// True if the body is known to move: bool, with channels (k,).
+    /// True if the body is known to move.
+    ///
+    /// A bool, or an array (k,) with k channels.
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples per second.
     rate: f64 = this.first().rate();
 }
 
-/// Return the longest stretch of a record with constant means of ticks: first tick and end.
+/// Return the longest stretch of ticks with constant means: its first tick and its end.
 ///
 /// The end is exclusive; it equals the first tick if there is no such stretch.
 ///
@@ -216,8 +228,8 @@ getters! { MotionDetector, slf, py, this;
 /// means : array_like, shape (n, 6)
 ///     Mean rate, rad/s, and mean force, m/s^2, of each tick. NaN is missing and ends a stretch.
 /// gyro, accel : float
-///     Largest variation over the three axes, rad/s and m/s^2. It limits the standard deviation,
-///     and half the distance of a tick from the mean.
+///     Largest variation, as norm of the three axes, rad/s and m/s^2. It limits the standard
+///     deviation, and half the distance of a tick from the mean.
 /// turned : float
 ///     Largest rotation of gravity within the stretch, as a change of force, m/s^2.
 /// bias : float
@@ -230,7 +242,7 @@ getters! { MotionDetector, slf, py, this;
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape.
+///     An array has a wrong shape.
 #[pyfunction]
 pub fn longest_quiet(
     means: &Bound<'_, PyAny>,

@@ -22,7 +22,7 @@ use crate::common::streaming::exclusive;
 /// horizons : sequence of int
 ///     Horizons of the coasting errors, in samples.
 /// delay : int, optional
-///     Number of samples to leave out before each motion, in measures at rest; None measures all
+///     Number of samples that measures at rest leave out before each motion. With None they use all
 ///     samples.
 #[pyclass(module = "zerorate._native")]
 #[derive(Debug)]
@@ -158,7 +158,7 @@ const COUNTS: [Named<Totals, u64>; 3] = [
 /// Raises
 /// ------
 /// ValueError
-///     The gain is out of range, or `z` has another shape.
+///     The gain is out of range, or `z` has a wrong shape.
 #[pyfunction]
 pub fn exponential_mean<'py>(
     z: &Bound<'py, PyAny>,

@@ -21,7 +21,7 @@ LEVELS = {
     "at rest": DiagnosticStatus.OK,
     "in motion": DiagnosticStatus.OK,
     "starting": DiagnosticStatus.WARN,
-    "starting anew": DiagnosticStatus.WARN,
+    "restarting": DiagnosticStatus.WARN,
     "no rest yet": DiagnosticStatus.WARN,
     "provisional": DiagnosticStatus.WARN,
     "stuck": DiagnosticStatus.ERROR,

@@ -376,22 +376,24 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     Returns
     -------
     tuple of Rest
-        Rests in the order of time, on the clock of the gyro if there is one. Means are in the raw
-        units, NaN for a missing sensor. ``direction`` is the direction of the raw specific force.
+        Rests in the order of time. Start and stop are times of the gyro, or of the accelerometer if
+        there is no gyro. Means are in the raw units, NaN for a missing sensor. ``direction`` is the
+        direction of the raw specific force.
 
     Raises
     ------
     LogError
-        If both sensors are missing, or one does not have three axes.
+        If both sensors are missing, or a sensor does not have three axes.
     TypeError
         If `recording` is neither a recording nor a log.
 
     Notes
     -----
-    The variance of each axis in windows of 0.5 s is divided by its floor, the usual variance of the
-    quietest windows. A window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
-    ignored. 0.1 s is cut off at both ends of a rest, which must then be at least 1 s long. At least
-    a tenth of the record must be at rest: otherwise the floor is unknown.
+    The variance of each axis in windows of 0.5 s is divided by the floor of this axis: the typical
+    variance in its quietest windows. A window is at rest if no axis exceeds 5 times its floor.
+    Interruptions below 0.4 s are ignored. Each rest is shortened by 0.1 s at both ends, and must
+    then be at least 1 s long. At least a tenth of the record must be at rest: otherwise the floor
+    is unknown.
 
     Examples
     --------

@@ -56,8 +56,8 @@ def calibrate_magnetometer(
     gyro : str
         Name of the gyro if there are several. Default: the first one.
     one : bool
-        Assume one hard iron for the whole record. Default: estimate several if this clearly reduces
-        the scatter, for example if a magnet comes and goes.
+        True: estimate one hard iron for the whole record. False (default): estimate several if this
+        clearly reduces the scatter, for example if a magnet comes and goes.
     field, dip : float, optional
         Magnitude of the earth's field at the place, uT, and its angle below the horizontal, rad,
         from a field model. A result that contradicts them is not valid.
@@ -75,8 +75,8 @@ def calibrate_magnetometer(
     Raises
     ------
     LogError
-        If the magnetometer is missing, a gyro has no accelerometer, or the sensors cover less than
-        ten seconds.
+        If the magnetometer is missing. If there is a gyro but no accelerometer. If the sensors have
+        less than ten seconds in common.
     ValueError
         If ``field`` or ``dip`` does not occur on earth, or ``place`` is not a latitude and
         longitude.
@@ -86,8 +86,8 @@ def calibrate_magnetometer(
     Notes
     -----
     Two rotations about different axes are enough: hard iron is the part of the field that stays
-    constant in the sensor's axes. Standard errors include differences of the field from place to
-    place, so they are at least a hundredth of the field.
+    constant in the sensor's axes. Standard errors are at least a hundredth of the field, because
+    the field differs from place to place.
 
     Examples
     --------

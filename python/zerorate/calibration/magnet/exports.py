@@ -37,11 +37,11 @@ _writes = partial(
     document_export,
     faults="""\
 ValueError
-    If nothing is applied or fewer than three directions of the hard iron are known, without
-    `doubtful`; if the unit of the samples is not one of a magnetic field.""",
+    If `doubtful` is False, and nothing is applied or fewer than three directions of the hard iron
+    are known. If the unit of the samples is not a unit of magnetic field.""",
     options="""\
 doubtful : bool
-    Write doubtful numbers, too, with a warning in the file; default False.""",
+    Also write doubtful numbers, with a warning in the file; default False.""",
 )
 
 

@@ -32,7 +32,7 @@ class Span:
     kind
         "informative", "still" (too little rotation for the iron) or "disturbed".
     group
-        Index of its hard iron.
+        Index of the group of spans with the same hard iron.
     """
 
     start: float
@@ -41,7 +41,7 @@ class Span:
     group: int = 0
 
     def tick_indices(self, ticks: Ticks) -> Integers:
-        """Return the indices of the span's ticks."""
+        """Return the indices of the ticks (short means of all sensors) in this span."""
         second = ticks.number // _TICKS_PER_S
         return np.flatnonzero((second >= self.start) & (second < self.stop))
 

@@ -42,8 +42,8 @@ class Integrated(OneArray, Result):
         For three axes: unit quaternions w, x, y, z. They rotate vectors from the body's axes at a
         sample to its axes at the first sample. None for one axis.
     sigma : ndarray, shape (n,) or (n, 3), or None
-        Standard deviation of the angle, rad. For three axes: of the rotation about each axis of the
-        body at the first sample. None if no noise was given.
+        Standard deviation of the angle, rad. For three axes: standard deviation of the rotation
+        about each of the body's axes at the first sample. None if no noise was given.
     bridged : ndarray of bool, shape (n,)
         Mask of missing samples.
     rate : float
@@ -92,9 +92,9 @@ def integrate(
     rate : float, optional
         Sampling rate of an array, Hz. A log has its own rate and timestamps.
     method : {"coning", "trapezoid", "backward-euler"}
-        Rate during a step. "backward-euler": rate at the end. "trapezoid": mean of the rates at
-        both ends. "coning" (default): the mean; for three axes plus a correction for the motion of
-        the axis during the step. About one axis the last two are equal.
+        Rate assumed between two samples. "backward-euler": the rate at the second sample.
+        "trapezoid": the mean of both rates. "coning" (default): the mean plus, for three axes, a
+        correction for the motion of the rotation axis. For one axis, "coning" equals "trapezoid".
     unit : str, optional
         Unit of `z`. Default: the unit of the log, or rad/s for arrays.
     noise : NoiseModel, optional
@@ -108,29 +108,30 @@ def integrate(
     Returns
     -------
     Integrated
-        Result with `angle`, `orientation`, `sigma` and `bridged`.
+        Result with `angle`, `quaternion`, `sigma` and `bridged`.
 
     Raises
     ------
     ValueError
-        If `z` has another shape, fewer than two samples or an axis without samples, or an argument
-        is not as described. LogError, a ValueError, if the unit of a log is not an angular rate.
+        If `z` has another shape, fewer than two samples, or an axis without samples. If an argument
+        is not as described. If the unit of a log is not an angular rate (LogError, a ValueError).
 
     Notes
     -----
     Without rotation, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. For three axes
     the errors are propagated through the orientation: a bias about x acts along the changing
-    direction of x. `sigma` does not include the error of the method in motion faster than the
-    sampling.
+    direction of x. `sigma` does not include the error of the method in motion that is too fast for
+    the sampling rate.
 
     Missing samples are interpolated linearly. At an end of the record the nearest sample is held.
-    The error is measured on the record: intervals of the same length without a gap are interpolated
-    in the same way. Their RMS angle error is added to `sigma` after the gap. If no interval is long
-    enough, the error is the standard deviation of all rates times the gap's length.
+    The error of a gap is measured on the record: intervals of the same length without a gap are
+    interpolated in the same way. Their RMS angle error is added to `sigma` after the gap. If no
+    interval is long enough, the error is the standard deviation of all rates times the gap's
+    length.
 
-    Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12. It is exact to third order for a rate
-    that changes linearly: J. E. Bortz, "A new mathematical formulation for strapdown inertial
-    navigation", IEEE Trans. Aerosp. Electron. Syst. 7(1), 1971.
+    Coning: the rotation between two samples is (w0 + w1) dt/2 + (w0 x w1) dt^2/12. This formula is
+    exact to third order for a rate that changes linearly: J. E. Bortz, "A new mathematical
+    formulation for strapdown inertial navigation", IEEE Trans. Aerosp. Electron. Syst. 7(1), 1971.
 
     Examples
     --------

@@ -46,7 +46,7 @@ class RateTableAxis:
     """Response of one gyro axis to angular rate, with standard errors.
 
     ``output = bias + scale w + cross w' + quadratic w^2 + cubic w^3 + asymmetry |w|``. A term that
-    was not chosen is zero and not identifiable; it has an upper bound.
+    was not chosen is zero and not identifiable; its upper bound is known.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class RateTable(Result):
     residuals: Floats
 
     def predict(self, rates: npt.ArrayLike) -> Floats:
-        """Return the output at given rates, shape (..., k), or any shape for one axis.
+        """Return the output at given rates of shape (..., k), or of any shape for one axis.
 
         Outside the rates of the table, the response continues as its tangent.
         """
@@ -145,9 +145,9 @@ class RateTable(Result):
 
         Returns
         -------
-        ndarray of the same shape, or Log of the same unit
-            Rates, exact up to rounding, by a fixed point iteration. Outside the rates of the table,
-            the response continues as its tangent.
+        ndarray of the shape of `z`, or Log
+            Rates, correct up to rounding, from a fixed-point iteration. A Log keeps its unit and
+            names. Outside the rates of the table, the response continues as its tangent.
 
         Raises
         ------
@@ -225,9 +225,9 @@ def calibrate_rate_table(
     Raises
     ------
     ValueError
-        If shapes disagree, numbers are not finite, or a sigma or count is not positive. Also if all
-        rates are equal, if there are not more means than coefficients of a line, or if the fitted
-        response cannot be inverted.
+        If shapes disagree. If a number is not finite, or a sigma or count is not positive. If all
+        rates are equal. If the means are too few for a straight line. If the fitted response cannot
+        be inverted.
 
     Notes
     -----
@@ -236,8 +236,8 @@ def calibrate_rate_table(
     multiplied by its root. They then include the errors of the model.
 
     Terms are chosen by prediction. Each absolute rate, with both signs, is left out and predicted
-    from the others. The smallest model is chosen among the models within one standard error of the
-    best. Each chosen term exceeds two of its standard errors.
+    from the other rates. Among the models within one standard error of the best prediction, the
+    smallest model is chosen. Each chosen term exceeds two of its standard errors.
 
     Rates of one sign cannot separate the asymmetry from the scale. The bias contains the Earth's
     rate.

@@ -50,8 +50,8 @@ class FittedRate(Result):
     lag : Coefficient
         Delay of the gyro, s.
     positive, negative : Coefficient
-        Scale from windows with positive, or with negative, reference rates. Each fit has its own
-        bias.
+        Scale from windows with positive reference rates, and scale from windows with negative
+        rates. Each of these fits has its own bias.
     asymmetry : Coefficient
         Scale for positive rates minus scale for negative rates, with a common bias.
     residual : float
@@ -117,7 +117,7 @@ def fit_rate(
         True rate at the samples, as an alternative to `angle`.
     window : float
         Time over which angles are compared, s. Default 1. A longer window reduces the effect of the
-        reference's steps and of clock jitter. A shorter window uses more of fast motion.
+        reference's steps and of clock jitter. A shorter window makes more use of fast motion.
     max_lag : float
         Largest lag to try, positive or negative, s. Default 0.1.
 
@@ -129,20 +129,20 @@ def fit_rate(
     Raises
     ------
     ValueError
-        If not exactly one reference is given, lengths differ, or the record is too short: each of
-        its ten parts needs two windows. LogError, a ValueError, if the units of logs are not of one
-        quantity.
+        If not exactly one of `angle` and `reference` is given. If lengths differ. If a tenth of the
+        record is shorter than two windows. If the units of logs are not of one quantity (LogError,
+        a ValueError).
 
     Notes
     -----
-    For every window, the gyro is integrated by trapezoids with a shift by the lag. The integrals
-    are fitted to the rotations of the reference. A window begins at each sample: windows without
-    overlap may beat with a periodic motion. The lag minimises the residual.
+    For every window, the gyro rate is shifted by the lag and integrated by trapezoids. The
+    integrals are fitted to the rotations of the reference. A window begins at each sample, because
+    windows without overlap may beat with a periodic motion. The lag minimises the residual.
 
     Standard errors are jackknife estimates: each of ten parts of the record is left out in turn.
     They include the drift of the bias and the correlation of neighbouring windows. They do not
     include errors that repeat in all parts, such as the steps of an encoder in an exactly periodic
-    motion. Therefore each direction is fitted alone, too. A note is given if its scale differs by
+    motion. Therefore each direction is also fitted alone. A note states if the two scales differ by
     more than three standard errors.
 
     Examples

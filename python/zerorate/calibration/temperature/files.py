@@ -58,8 +58,8 @@ def to_json(
     Returns
     -------
     str
-        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit. The
-        block means of the fit are not included.
+        Text with coefficients, covariance, reference, range, slopes and notes, without loss of
+        digits. The block means of the fit are not included.
     """
     content = {
         "format": _FORMAT,
@@ -155,8 +155,8 @@ def to_px4(
     instance : int
         Number in ``TC_G0_X0_0``, 0 to 3. Default 0.
     device_id : int, optional
-        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Without it the line is left out. PX4
-        ignores the other parameters until it is set.
+        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Default: the line is left out. PX4
+        ignores the other parameters until ``TC_G0_ID`` is set.
 
     Returns
     -------
@@ -215,8 +215,9 @@ def to_ardupilot(
     str
         ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s per power of T - 35 degC;
         the range; and the offsets with their temperature, ``INS_GYR1_CALTEMP``. ArduPilot subtracts
-        the offset, and the difference of the polynomial between T and this temperature. Both are
-        limited to the range. By default it learns new offsets at every start.
+        the offset, and the difference of the polynomial between T and this temperature. Both
+        temperatures are limited to the range. By default ArduPilot learns new offsets at every
+        start.
 
     Raises
     ------

@@ -84,8 +84,8 @@ class TemperatureModel(Result):
     """Bias of a gyro by temperature, from a record at rest.
 
     `TemperatureModel.fit` makes a model. In the temperature range of the record, the bias of an
-    axis is the sum of ``c_k ((T - reference) / 10)^k``. Outside the range it follows the tangent
-    over one width of the range, then stays constant.
+    axis is the sum of ``c_k ((T - reference) / 10)^k``. Outside the range the bias follows the
+    tangent for one more width of the range, then stays constant.
 
     Parameters
     ----------
@@ -104,11 +104,11 @@ class TemperatureModel(Result):
         for degree zero.
     hystereses
         Bias during warming minus bias during cooling, at equal temperature, for each axis. Unknown
-        if the record does not have both.
+        if the record lacks warming or cooling.
     time_correlation
         Correlation of temperature and time; zero if either is constant.
     step
-        Step of a coarse thermometer, K; zero for a fine one.
+        Resolution of a coarse thermometer, K; zero for a fine thermometer.
     names, unit
         Names of the axes, and unit of their samples.
     notes
@@ -164,16 +164,17 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro; NaN marks missing samples.
         temperature : Log, or array_like of shape (n,), or None
-            Temperature, degC. A missing value is replaced by the last one. A Log needs `z` to be a
-            Log: its first channel is interpolated at the times of `z`. None: no temperature.
+            Temperature, degC. A missing value is replaced by the last known value. If `temperature`
+            is a Log, `z` must also be a Log; the first channel is interpolated at the times of `z`.
+            None: no temperature.
         rate : float, optional
             Sampling rate, Hz. Required if `z` is an array.
         max_degree : int
             Highest degree of the polynomial, 0 to 3. Default 3. A straight line needs a range of 1
-            K, a parabola 8 K, a cubic 15 K. A higher degree is used only if it fits better.
+            K, a parabola 8 K, a cubic 15 K. Up to this limit, BIC chooses the degree.
         rests : array_like of bool, shape (n,), optional
-            Mask of samples at rest. Default: detected from the variance. A rotation at constant
-            rate counts as rest there.
+            Mask of samples at rest. Default: rests are detected by their variance, and rotation at
+            a constant rate then counts as rest.
         unit : str, optional
             Unit of the samples. Default: the unit of the Log, or ``"unit"``.
 
@@ -190,10 +191,10 @@ class TemperatureModel(Result):
         Notes
         -----
         Means of five seconds are modelled as the sum of polynomial, random walk and white noise.
-        BIC chooses the degree. Coefficients and errors are averaged over the walk's strength by its
-        restricted likelihood. The level c_0 is the level at the end of the record, where later data
-        start. PX4 and ArduPilot fit a cubic by least squares and hold it constant outside the
-        range. Chen et al. 2013 assume 0.1 deg/s/degC above 25 degC.
+        Coefficients and standard errors are means over possible strengths of the random walk,
+        weighted by its restricted likelihood. The level c_0 is the bias level at the end of the
+        record, because later data start there. PX4 and ArduPilot fit a cubic by least squares and
+        hold it constant outside the range. Chen et al. 2013 assume 0.1 deg/s/degC above 25 degC.
         """
         record = _Record.of(z, temperature, rate, rests, unit)
         if not (isinstance(max_degree, int) and 0 <= max_degree <= MAX_DEGREE):
@@ -234,17 +235,17 @@ class TemperatureModel(Result):
 
     @property
     def degree(self) -> int | tuple[int, ...]:
-        """Degree of the polynomial, for each axis or the single axis."""
+        """Degree of the polynomial: a tuple over the axes, or one int if `single`."""
         return self.degrees[0] if self.single else self.degrees
 
     @property
     def slope(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias per kelvin in the middle of the range, for each axis or the single axis."""
+        """Bias per kelvin in mid-range: a tuple over the axes, or one value if `single`."""
         return self.slopes[0] if self.single else self.slopes
 
     @property
     def hysteresis(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias of warming minus bias of cooling, for each axis or the single axis."""
+        """Warming bias minus cooling bias: a tuple over the axes, or one value if `single`."""
         return self.hystereses[0] if self.single else self.hystereses
 
     @property
@@ -278,10 +279,10 @@ class TemperatureModel(Result):
         Returns
         -------
         TemperatureBias
-            ``extrapolated`` has the shape of `temperature`. ``value`` and ``sigma`` have one more
-            axis of length k, unless the model is `single`. Sigma is the standard error at the end
-            of the record. It includes the steps of a coarse thermometer. Outside the range it
-            includes the curvature that the tangent omits.
+            ``extrapolated`` has the shape of `temperature`. ``value`` and ``sigma`` have a further
+            axis of length k if the model is not `single`. Sigma is the standard error at the end of
+            the record. Sigma includes the steps of a coarse thermometer and, outside the range, the
+            curvature that the tangent omits.
         """
         temperatures = floats(temperature, "temperature")
         known = np.isfinite(temperatures)
@@ -333,9 +334,9 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            Temperature, degC. A missing value is replaced by the last one, and the steps of a
-            coarse thermometer are smoothed. If all are missing, the bias in the middle of the range
-            is subtracted.
+            Temperature, degC. A missing value is replaced by the last known value, and the steps of
+            a coarse thermometer are smoothed. If all temperatures are missing, the bias in the
+            middle of the range is subtracted.
 
         Returns
         -------

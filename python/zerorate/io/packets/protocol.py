@@ -21,7 +21,7 @@ _MAX_UNKNOWN_BYTES: Final = 1 << 12
 
 @dataclass(frozen=True)
 class Damage:
-    """Bytes that are no packet, or a packet without a usable sample.
+    """Report on bytes that are no packet, or on a packet without a usable sample.
 
     Examples
     --------
@@ -34,13 +34,13 @@ class Damage:
 
 
 class Decoder(Protocol):
-    """Decoder of bytes in pieces of any size; the rows do not depend on the pieces."""
+    """Decoder of a byte stream in pieces of any size; the size does not change the rows."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
-        """Yield the samples that these bytes complete, and damage."""
+        """Yield a row for each sample completed by these bytes, and `Damage` for faults."""
 
     def finish(self) -> Iterator[Row | Damage]:
-        """Yield the packets that the end completes, and remarks on incomplete packets."""
+        """Yield the rows completed by the end of the stream, and `Damage` for the rest."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class PacketProtocol:
     meaning : str
         Devices with this protocol.
     columns : tuple of str
-        Names of the cells of a row, with sensors and units.
+        Names of the columns of a row; they state sensor and unit.
     decoder : callable
         Function that returns a new decoder.
     counter : str, optional
@@ -64,7 +64,7 @@ class PacketProtocol:
     notify : str, optional
         Bluetooth characteristic that sends the packets.
     lines : bool
-        True if a message ends with its line.
+        True if each message is one line of text.
 
     Examples
     --------

@@ -51,8 +51,8 @@ class Outlier:
     value, median : float
         Value of the log, and median of all logs with this axis and unit.
     deviations : float
-        Distance of the value from the median, in standard deviations of the fleet. They are
-        estimated from the median absolute deviation, so outliers do not increase them.
+        Distance of the value from the median, in standard deviations of all logs. The standard
+        deviation is estimated from the median absolute deviation, so outliers do not increase it.
     times : float or None
         Ratio of value to median; None for quantities that can be negative.
     """
@@ -76,7 +76,8 @@ class Fleet:
     outliers : tuple of Outlier
         Outliers, the largest first.
     untested_axes : frozenset of (str, str)
-        Log and axis, if fewer than eight logs have this axis with this unit.
+        Pairs of log and axis that were not compared. Fewer than eight logs have this axis with this
+        unit.
     """
 
     outliers: tuple[Outlier, ...]

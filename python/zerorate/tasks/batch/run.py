@@ -49,11 +49,11 @@ class BatchResult(Result):
     fleet : Fleet
         Outliers among the logs.
     left_out : tuple of Path
-        Named files left out because zerorate wrote them.
+        Files that the sources named, left out because zerorate wrote them.
     settings : Settings
         Settings of the batch.
     earlier : tuple of Outcome
-        Outcomes of other logs from earlier runs, already in the summary.
+        Outcomes of further logs in the summary, from earlier runs.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -93,7 +93,7 @@ class BatchResult(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes with their numbers of logs, the most frequent first."""
+        """Notes with the number of logs that have them, the most frequent note first."""
         return tuple(
             make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
             for note, logs in self.logs_by_note.items()
@@ -142,24 +142,24 @@ def batch(
 ) -> BatchResult:
     """Filter many logs, estimate their noise, report on them or check them; compare the logs.
 
-    Each log has its own process. A log that fails, or kills its worker twice, is reported, and the
-    others continue. A run may be stopped at any time; the next run skips finished logs. The summary
-    keeps logs of earlier runs with the same settings. ``zerorate batch`` does the same.
+    Each log is processed separately. A log that fails, or kills its worker twice, is reported, and
+    the other logs continue. A run may be stopped at any time; the next run skips finished logs. The
+    summary keeps logs of earlier runs with the same settings. ``zerorate batch`` does the same.
 
     Parameters
     ----------
     sources : str, path, or sequence of these
-        Folders with logs, files, or patterns such as ``"logs/**/*.parquet"``. Or only addresses in
-        an object store, such as ``"s3://bucket/logs"``, read by pyarrow. Brackets in a pattern may
-        be literal. ``**`` visits each folder once, even with links. Files written by zerorate are
-        left out unless a pattern names them.
+        Folders with logs, files, or patterns such as ``"logs/**/*.parquet"``. All sources can
+        instead be addresses in an object store, such as ``"s3://bucket/logs"``, which pyarrow
+        reads. Brackets may also be part of a file's name. ``**`` visits each folder once, even if
+        links lead to it again. Files written by zerorate are left out unless a pattern names them.
     folder : path
         Folder of the results, created if missing; it mirrors the folders of the sources. It
-        contains the result of each log with a record in JSON, ``summary.parquet`` and, with
-        "report", ``overview.html``. Each command needs its own folder.
+        contains the result of each log, its record in JSON, and ``summary.parquet``. With "report",
+        it also contains ``overview.html``. Each command needs its own folder.
     command : {"replay", "allan", "report", "check"}
-        Command on each log: filter it, find the noise of its gyros and accelerometers, report on
-        its IMU, or check units, signs and axes.
+        Command on each log. "replay": filter the log. "allan": find the noise of gyros and
+        accelerometers. "report": report on the IMU. "check": check units, signs and axes.
     workers : int, optional
         Number of worker processes; default one per core.
     local_cluster : int, optional
@@ -178,13 +178,14 @@ def batch(
     Returns
     -------
     BatchResult
-        Outcome of each log, and outliers among them; `table`, `plot`, `save`.
+        Outcome of each log, and the outliers among the logs. The result has the methods `table`,
+        `plot` and `save`.
 
     Raises
     ------
     ValueError
-        If an argument is not valid, two logs would have the same output file, or the folder has the
-        summary of another command.
+        If an argument is not valid, or two logs would have the same output file. Also if the folder
+        has the summary of another command.
     OSError
         If a source has no log, or the output cannot be written.
     ImportError

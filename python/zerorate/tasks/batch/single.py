@@ -23,7 +23,7 @@ def process_log(
     *,
     folder: str | os.PathLike[str] | None = None,
 ) -> list[dict[str, object]]:
-    """Run a command on one log and return its rows of the summary, for any engine.
+    """Run a command on one log and return its rows of the summary, in any job system.
 
     The function depends only on its arguments. Pickle and Arrow can transfer the arguments and the
     result. An unreadable log gives a row with the status "failed".
@@ -37,12 +37,12 @@ def process_log(
     options : mapping, optional
         Arguments of `Settings`, such as ``{"unit": "deg/s"}``.
     folder : path, optional
-        Folder for the output and its record. Default: neither is kept.
+        Folder for the output and its record. By default nothing is written.
 
     Returns
     -------
     list of dict
-        One row for each axis or finding; one for a failed log.
+        One row for each axis or finding; for a failed log, a single row.
 
     Raises
     ------

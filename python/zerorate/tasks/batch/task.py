@@ -78,23 +78,22 @@ class Settings:
     Parameters
     ----------
     command : {"replay", "allan", "report", "check"}
-        Command on each log. "replay", the default: filter it. "allan": find the noise of its gyros
-        and accelerometers. "report": report on its IMU. "check": check units, signs and axes.
+        Command on each log. "replay", the default: filter the log. "allan": find the noise of gyros
+        and accelerometers. "report": report on the IMU. "check": check units, signs and axes.
     rate : float, optional
         Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
-        Names or indices of columns. Default: the gyro for "replay"; all sensors that the command
-        reads otherwise.
+        Names or indices of columns. Default for "replay": the gyro. Default for other commands: all
+        sensors that they read.
     unit : str, optional
-        Unit of the data, if the logs do not state it: ``"deg/s"``. For commands other than
-        "replay", units of both kinds of sensors are possible, ``"deg/s,g"``.
+        Unit of the data, if the logs do not state it: ``"deg/s"``. Commands other than "replay"
+        accept units of gyro and accelerometer, ``"deg/s,g"``.
     topic : str, optional
         Topic of ROS recordings and PX4 logs to read.
     sensor : str, optional
         Sensor to read if a table has several, as in `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
-        `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: factor of
-        the values, span to read in s, column and unit of the timestamps, treatment of torn lines.
+        Arguments of `zerorate.read_log`; `data_scale` is the argument `scale`.
     format : {"parquet", "csv", "npz"}, optional
         Format of the filtered logs, only for "replay"; default Parquet.
     calibration : Calibration or path, optional
@@ -112,7 +111,8 @@ class Settings:
     command, format, accel
         The arguments, or their defaults.
     calibration : str or None
-        Calibration as JSON: workers need no file, and another calibration changes the fingerprint.
+        Calibration as JSON. Workers therefore need no file, and a changed calibration changes the
+        fingerprint.
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
@@ -121,7 +121,7 @@ class Settings:
     Raises
     ------
     ValueError
-        If a value is not valid, or the command or the method does not use an option.
+        If a value is not valid, or if the command or the method does not use an option.
     """
 
     command: str
@@ -213,8 +213,8 @@ class Settings:
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes if the result of a log could change.
 
-        The input is identified by name, size and time of change, not by content. So finished logs
-        are recognised without reading their data.
+        The input is identified by name, size and time of change. The data of finished logs are not
+        read.
         """
         parts = {"version": __version__, "input": [name, size, modified], **asdict(self)}
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
@@ -222,7 +222,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of one log; small, because it is sent between machines.
+    """Outcome of one log, without samples, because it is sent between machines.
 
     Parameters
     ----------
@@ -231,13 +231,13 @@ class Outcome:
     status : {"done", "skipped", "failed"}
         A log is skipped if an earlier run has finished it with the same settings.
     seconds : float
-        Time for reading, computing and writing, s; for a skipped log, from the earlier run.
+        Time for reading, computing and writing, s; for a skipped log, the time of the earlier run.
     rows : tuple of mapping
         Measures, one row for each axis.
     error : str or None
         Reason of the failure, in one sentence.
     notes : tuple of str
-        Sentences on its clock, assumptions, and doubtful results.
+        Sentences on the log's clock, on assumptions, and on doubtful results.
     """
 
     name: str

@@ -46,8 +46,8 @@ def compare_attitude(
     Parameters
     ----------
     recordings : sequence of Recording or Trial
-        Each with a gyro, an accelerometer and an orientation. With a magnetometer, the filters also
-        run with nine axes. A sample of another sensor is moved to the nearest sample of the gyro.
+        Recordings with gyro, accelerometer and orientation. If there is a magnetometer, the filters
+        also run with nine axes. Each sample of another sensor is moved to the nearest gyro sample.
     methods : sequence of str
         Methods of `zerorate.Attitude`, and filters of other packages with their defaults:
         ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. Filters that are not
@@ -61,10 +61,10 @@ def compare_attitude(
     Returns
     -------
     Comparison
-        Comparison of kind ``"attitude"``. It has the errors of
-        `zerorate.metrics.orientation_errors` while the reference moves. Each row has errors in rad:
-        ``total``, ``heading`` and ``inclination`` with nine axes, ``heading_6`` (relative) and
-        ``inclination_6`` with six. ``time`` and ``time_6`` are the computing times per sample, s.
+        Comparison of kind ``"attitude"``, with the errors of `zerorate.metrics.orientation_errors`
+        while the reference moves. Each row has errors in rad: ``total``, ``heading`` and
+        ``inclination`` with nine axes, ``heading_6`` (relative) and ``inclination_6`` with six
+        axes. ``time`` and ``time_6`` are the computing times per sample, s.
 
     Raises
     ------

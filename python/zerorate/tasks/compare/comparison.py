@@ -34,7 +34,7 @@ _KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
 
 @dataclass(frozen=True)
 class Comparison(Result):
-    """All recordings of one kind, clean or contaminated.
+    """Measures of methods on all recordings of one kind, clean or contaminated.
 
     Attributes
     ----------
@@ -45,8 +45,9 @@ class Comparison(Result):
     notes : tuple of str
         Sentences on the recordings.
     contamination : Contamination or None
-        Contamination added to the recordings. Scores use the clean recording as reference. The
-        measure ``NAME_degradation`` is the ratio of an error to the error on the clean recording.
+        Contamination added to the recordings. Errors are relative to the clean recording. The
+        measure ``NAME_degradation`` is the error ``NAME`` divided by the same error on the clean
+        recording.
 
     Examples
     --------
@@ -81,17 +82,18 @@ def compare_methods(
     recordings : sequence of Recording or Trial
         Recordings of any kind, from `zerorate.read_recording` or `read_trial`.
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` (running mean), ``"ema"`` (best exponential moving average in
-        hindsight), and methods of `zerorate.DriftFilter`, with the settings of the command line.
-        ("auto" has limits of rest if the unit is known.) Append ``+hold`` to learn only at rest,
-        and ``+reject`` to reject outliers. Two methods use the whole recording: ``"wu-ran"``
-        (robust filter, then wavelet) and ``"visushrink"``. Your own methods are functions or
-        classes (see `OwnMethod`), or ``"name=module:function"``. They also run on the first half of
-        each axis: if the values differ, the method looks ahead, and its rows say so.
+        ``"raw"``, ``"mean"`` (running mean) and ``"ema"`` (exponential moving average, the best in
+        hindsight). Also methods of `zerorate.DriftFilter`, with the settings of the command line.
+        If the unit is known, "auto" has limits of rest. Append ``+hold`` to learn only at rest, and
+        ``+reject`` to reject outliers. Two methods use the whole recording: ``"wu-ran"`` (robust
+        filter, then wavelet) and ``"visushrink"``. Your own methods are functions or classes (see
+        `OwnMethod`), or ``"name=module:function"``. They also run on the first half of each axis.
+        If the results differ from the results of the whole axis, the method uses later samples, and
+        its rows say so.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     contaminate : str, zerorate.simulation.Contamination, or a sequence of these
-        Faults such as ``"share=0.01,size=100"``. Each gives a separate comparison, with the fault
+        Faults such as ``"share=0.01,size=100"``. Each fault gives a separate comparison: it is
         added to every recording. Random numbers are seeded, so results are reproducible. The best
         moving average keeps its gain from the clean recording.
 

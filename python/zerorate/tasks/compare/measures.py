@@ -40,10 +40,10 @@ class Row:
         Unit of angles in the values: ``"rad"``, or the recording's unit times s if it is no known
         rate.
     values : mapping of str to float
-        Measures by name, in SI except for angles; NaN for a measure without meaning.
+        Measures by name, in SI except for angles; NaN if a measure has no meaning.
     causal : bool
-        True if the method used no later samples: known for methods of the package, tested for your
-        own methods.
+        True if the method used no later samples. This is known for methods of the package, and
+        tested for your own methods.
 
     Examples
     --------

@@ -35,8 +35,9 @@ class OwnMethod:
     call : callable
         A function of the samples of one axis, shape (n,), and the sampling rate, Hz. Samples are in
         rad/s, or in the log's unit if it is no known rate; NaN marks missing samples. The function
-        returns the bias after each sample, shape (n,), finite. Or a class: it is called with the
-        sampling rate for each axis, and ``update(sample)`` returns the bias after this sample.
+        returns the bias after each sample, shape (n,), finite. Or a class: ``call(rate)`` makes an
+        object for each axis, and the object's ``update(sample)`` returns the bias after this
+        sample.
 
     Raises
     ------
@@ -78,7 +79,8 @@ class OwnMethod:
         Raises
         ------
         ValueError
-            If the text has another form, the module cannot be imported, or it lacks the function.
+            If the text is not ``NAME=MODULE:FUNCTION``. If the module cannot be imported, or has no
+            such function.
         """
         name, _, target = text.partition("=")
         module, _, attribute = target.partition(":")
@@ -114,7 +116,7 @@ class OwnMethod:
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
         """Return True if the output for the first half does not depend on the second half.
 
-        A class processes one sample after the other, so it is causal.
+        A class is causal, because it processes one sample after the other.
         """
         if self._is_class:
             return True

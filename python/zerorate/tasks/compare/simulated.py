@@ -32,7 +32,7 @@ _SIGMA_SPAN_S: Final = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Regret:
-    """Regret of methods on models of gyros.
+    """Regret of methods on models of gyros: their error relative to the optimal filter.
 
     Attributes
     ----------
@@ -41,18 +41,18 @@ class Regret:
     models : tuple of GyroModel
         The gyros.
     regret : ndarray, shape (models, methods)
-        Ratio of the method's RMSE to the optimum's RMSE on the same records, both against the true
-        drift.
+        RMS error of the method, divided by the optimal filter's RMS error on the same records. Both
+        errors are relative to the true drift.
     sigma : ndarray, shape (models, methods)
         Standard error of the regret, from the scatter between records; NaN for one record.
     coverage : ndarray, shape (models, methods)
-        Share of samples with an error below the sigma that the method states; NaN without a stated
-        sigma. 0.683 if sigma is right and errors are Gaussian.
+        Share of samples with an error below the standard deviation that the method states. NaN if
+        it states none. 0.683 if the standard deviation is right and errors are Gaussian.
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter with the true model, deg/s.
     causal : ndarray of bool, shape (methods,)
-        True if the method used no later samples: known for methods of the package, tested for your
-        own methods.
+        True if the method used no later samples. This is known for methods of the package, and
+        tested for your own methods.
     contamination : Contamination or None
         Contamination of the records; the optimal filter always gets clean records.
     """

@@ -40,7 +40,7 @@ class Compared(Result):
         One comparison for each kind of recording, followed by the comparisons of its contaminated
         recordings.
     simulated : tuple of Regret
-        Regrets on simulated gyros, clean and contaminated.
+        Errors relative to the optimal filter on simulated gyros, clean and contaminated.
     alarms : tuple of str
         Contradictions in the recordings, one sentence each.
 
@@ -76,12 +76,13 @@ class Compared(Result):
         Parameters
         ----------
         per_axis : bool
-            Make tables of every axis; by default means over the axes, and the worst axis.
+            True: a table for every axis. False, the default: the means over the axes, and the worst
+            axis.
         """
         return table_of(self, per_axis)
 
     def to_json(self) -> str:
-        """Return every measure of every axis as JSON, null for missing measures."""
+        """Return every measure of every axis as JSON, with null for missing measures."""
         return as_json(self.comparisons, self.simulated)
 
 
@@ -107,14 +108,14 @@ def compare(
     Parameters
     ----------
     source : Recording, Trial, Log, path, data frame or mapping of arrays, or a list of these
-        Recording with a gyro; if it moves, it needs a reference.
+        Recording with a gyro. A recording with motion needs a reference.
     methods : sequence of str, OwnMethod or callable
         Methods, as in `zerorate.tasks.compare.compare_methods`.
     contaminate : sequence of str or Contamination
-        Faults to add to the recordings; each gives a separate comparison.
+        Faults to add to the recordings; each fault gives a separate comparison.
     attitude : sequence of str
-        Attitude filters, for recordings with an accelerometer and the true orientation; () for
-        none.
+        Attitude filters for recordings with an accelerometer and the true orientation. () for no
+        filters.
     frame : {"enu", "ned", "nwu"}
         Frame of the true orientation.
     reference : str, optional
@@ -135,7 +136,7 @@ def compare(
     Returns
     -------
     Compared
-        The comparisons; `table`, `plot`, `save`.
+        The comparisons. The result has the methods `table`, `plot` and `save`.
 
     Raises
     ------

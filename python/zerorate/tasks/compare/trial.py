@@ -75,12 +75,12 @@ class Trial:
     log : Log
         Gyros in rad/s, or in the log's unit if it is unknown.
     reference : Reference or None
-        Rate about the axis of one of the gyros.
+        Measured rate about the axis of one gyro.
     orientation : Orientation or None
         Orientation of the three gyros together.
     accel, mag : Log or None
-        Accelerometer and magnetometer of the gyros' device, with their own clocks and units: logs
-        with the gyros' name, or the only ones.
+        Accelerometer and magnetometer of the gyros' device, with their own clocks and units. They
+        have the gyros' device name, or are the only sensors of their kind.
 
     Examples
     --------
@@ -99,7 +99,7 @@ class Trial:
 
     @classmethod
     def of(cls, recording: Recording) -> Trial:
-        """Return the trial of all gyros on the clock of the first gyro.
+        """Return a trial with all gyros, on the clock of the first gyro.
 
         The reference is an orientation if the recording has four quaternion columns. Otherwise it
         is the angle or rate in the first reference column.
@@ -129,7 +129,7 @@ class Trial:
 
     @property
     def kind(self) -> Kind:
-        """Kind of the trial; without a reference, the sensor must be at rest."""
+        """Kind of the trial: "rest" if there is no reference."""
         if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
@@ -147,7 +147,7 @@ class Trial:
 
     @property
     def source(self) -> str:
-        """Path of the file, if any."""
+        """Path of the file, or "the log" if there is no file."""
         return str(self.log.meta.get("source", "the log"))
 
 
@@ -167,11 +167,12 @@ def read_trial(
         As in `zerorate.read_log`.
     reference : str, optional
         Column of an angle or rate about the axis of one gyro, from a shaft encoder or a rate table.
-        It is a rate if its unit or name shows it. Otherwise it is an angle, in deg unless its name
-        ends in rad. Scale and sign may differ from the gyro's.
+        The column is a rate if its unit or name says so. Otherwise it is an angle: in rad if its
+        name ends in rad, else in deg. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
         Four columns w, x, y, z of the orientation from sensor to world. Default: columns with
-        ``quat`` before this letter, such as ``ref_quat_w``, unless `columns` are given.
+        ``quat`` before this letter, such as ``ref_quat_w``. There is no default if `columns` are
+        given.
     **arguments
         Arguments of `zerorate.read_log`; ``start`` and ``stop`` as in `zerorate.read_recording`.
 
@@ -183,8 +184,8 @@ def read_trial(
     Raises
     ------
     LogError, ValueError, OSError, ImportError
-        As `zerorate.read_log`. Also if both a reference and a quaternion are given, a column is
-        missing or contradicts its name, or the gyros' unit is unknown.
+        As `zerorate.read_log`. Also if a reference and a quaternion are both given, or a column is
+        missing or contradicts its name. Also if the gyros' unit is unknown.
 
     Examples
     --------

@@ -32,7 +32,7 @@ _MISSING_BLOCK_SAMPLES: Final = 1 << 14
 
 
 class ArrayColumn(StrEnum):
-    """Columns that may follow the rate in an answer.
+    """Additional columns of an answer, after the rate.
 
     Examples
     --------
@@ -47,7 +47,7 @@ class ArrayColumn(StrEnum):
 
 @dataclass(frozen=True)
 class ArraySettings:
-    """Array of a stream, and contents of its lines; both stay the same after a restart.
+    """Array and columns of a live stream; a restart needs the same settings.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ class ArraySettings:
         Extra columns of an answer, from `ArrayColumn`: ``"at_rest"`` for each axis, ``"health"``
         for each sensor.
     columns : tuple of str or int, optional
-        Columns of the axes, sensor by sensor. Default: columns with names of gyros in a header
-        line, in this order; without a header line, all columns except `sequence` and `time`.
+        Columns of the axes, sensor by sensor. Default: columns with names of gyros, in the order of
+        the header line. Without a header line: all columns except `sequence` and `time`.
     sequence : str or int, optional
-        Column of the sequence number; None for no such column.
+        Column of the sequence number; None if there is none.
     sequence_bits : int, optional
-        Width of the sample counter; None to learn it.
+        Width of the sequence number, bits; None: found from the data.
     time : str or int, optional
         Column of the time of each sample; a gap counts as missing samples.
     time_unit : str, optional
@@ -110,7 +110,7 @@ class ArraySettings:
         return self.array.rate
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new array for lines like the first; raise LineError or ColumnError."""
+        """Return a new array for lines like the first line; raise LineError or ColumnError."""
         names = header_names(cells) if any(cells) else None
         gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
         columns = self.columns or gyros or None
@@ -122,7 +122,7 @@ class ArraySettings:
         return ArrayEngine(layout, self.array.copy(), self.extra, stamp_clock=stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the array from a checkpoint; ValueError if its parts do not belong together."""
+        """Return the array from a checkpoint; ValueError if its parts contradict each other."""
         array, samples = (
             restore_filter(GyroArray.from_bytes, filter_),
             check_count(saved["samples"]),

@@ -58,7 +58,7 @@ _TO_Z_UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
 
 
 class AttitudeColumn(StrEnum):
-    """Columns that may follow the quaternion in an answer, angles in deg.
+    """Additional columns of an answer, after the quaternion; angles are in deg.
 
     Examples
     --------
@@ -102,7 +102,7 @@ _EXTRA_COLUMNS: Final[
 
 @dataclass(frozen=True)
 class AttitudeSettings:
-    """Filter of a stream of attitudes, and contents of its lines; both stay after a restart.
+    """Attitude filter and columns of a live stream; a restart needs the same settings.
 
     Parameters
     ----------
@@ -116,23 +116,24 @@ class AttitudeSettings:
         Extra columns of an answer, from `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. Default:
-        columns with such names in a header line; without a header line, all columns except
+        columns with such names in a header line. Without a header line: all columns except
         `sequence` and `time`.
     sequence, time : str or int, optional
-        Columns of a sequence number, and of the time of each sample; None for none.
+        Column of the sequence number, and column of the time; None if there is none.
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
     sequence_bits : int, optional
-        Width of the sample counter; None to learn it.
+        Width of the sequence number, bits; None: found from the data.
     gyro_unit, accel_unit : str, optional
         Units, if the header line does not state them.
     gyro_scale, accel_scale : float, optional
-        Factors of the samples; the units apply to the products.
+        Factors of the samples; the units apply after the multiplication.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
     limit : float, optional
-        End of the gyro's range, in its unit: samples beyond it are missing. Default 4000 deg/s.
+        End of the gyro's range, in its unit; samples beyond it count as missing. Default 4000
+        deg/s.
     learn_magnetometer : bool
         Learn the magnetometer's hard iron from the motion.
 
@@ -204,7 +205,7 @@ class AttitudeSettings:
                 object.__setattr__(self, name, canonical_unit(unit))
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines like the first; raise LineError or ColumnError."""
+        """Return a new filter for lines like the first line; raise LineError or ColumnError."""
         first_line = _read_first_line(cells, self, fields)
         mag = len(first_line.layout.channels) == 9
         if self.learn_magnetometer and not mag:
@@ -217,7 +218,7 @@ class AttitudeSettings:
         return AttitudeEngine(first_line, self, filter_, stamp_clock=stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts contradict each other."""
         attitude, samples = (
             restore_filter(Attitude.from_bytes, filter_),
             check_count(saved["samples"]),

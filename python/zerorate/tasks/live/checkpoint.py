@@ -40,11 +40,11 @@ FOREIGN_STATE_ERRORS: Final = (
 
 
 class CheckpointError(ValueError):
-    """Error for bytes that are no complete checkpoint, or have other settings."""
+    """Error for bytes that are no complete checkpoint, or for wrong settings."""
 
 
 class SettingsError(CheckpointError):
-    """The checkpoint has other settings."""
+    """Error for a checkpoint with settings that differ from the stream's settings."""
 
 
 def pack_checkpoint(text: bytes, filter_: bytes) -> bytes:

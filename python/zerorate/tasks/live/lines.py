@@ -35,7 +35,7 @@ class LineError(ValueError):
 
 
 class ColumnError(LineError):
-    """Error for columns that differ from the request; no later line can be used."""
+    """Error for columns that differ from the request; the stream cannot continue."""
 
 
 def split_cells(line: str) -> list[str]:
@@ -322,7 +322,7 @@ def _shorten_cell(cell: str) -> str:
 
 
 class DriftColumn(StrEnum):
-    """Columns that may follow the rate in an answer.
+    """Additional columns of an answer, after the rates.
 
     Examples
     --------

@@ -48,7 +48,7 @@ _MAX_MISSING_SAMPLES: Final = 1 << 14
 
 
 class NavigationColumn(StrEnum):
-    """Columns that may follow position, velocity and orientation in an answer.
+    """Additional columns of an answer, after position, velocity and orientation.
 
     Examples
     --------
@@ -71,14 +71,14 @@ _EXTRA_COLUMNS: Final[Mapping[NavigationColumn, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class NavigationSettings:
-    """Navigation filter of a stream, and contents of its lines; both stay after a restart.
+    """Navigation filter and columns of a live stream; a restart needs the same settings.
 
     Parameters
     ----------
     filter : NavigationFilter
         A new filter without samples; its state is copied.
     rate : float
-        Samples per second, Hz; determines the duration of a lost sample.
+        Samples per second, Hz. It determines the duration of a lost sample.
     time : str or int
         Column of the time of each sample.
     time_unit : str, optional
@@ -88,14 +88,14 @@ class NavigationSettings:
         Extra columns of an answer, from `NavigationColumn`: ``"status"``, ``"sigma"`` of the
         position, ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
-        Six columns: gyro x, y, z, rad/s, and accelerometer x, y, z, m/s^2. Nine columns add
-        latitude and longitude, deg, and height, m, of a fix at this time. Twelve columns add its
-        velocity north, east, down, m/s. Without a fix, its cells are empty. Default: all columns
-        except `time` and `sequence`.
+        Six columns: gyro x, y, z, rad/s, and accelerometer x, y, z, m/s^2. Nine columns:
+        additionally latitude and longitude, deg, and height, m, of a fix at this time. Twelve
+        columns: additionally the fix's velocity north, east, down, m/s. The cells are empty if
+        there is no fix. Default: all columns except `time` and `sequence`.
     sequence : str or int, optional
-        Column of the sequence number; None for no such column.
+        Column of the sequence number; None if there is none.
     sequence_bits : int, optional
-        Width of the sample counter; None to learn it.
+        Width of the sequence number, bits; None: found from the data.
     position_sigma, velocity_sigma : float
         Standard deviations of fixes, m and m/s.
 
@@ -144,7 +144,7 @@ class NavigationSettings:
                 raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines like the first; raise LineError or ColumnError."""
+        """Return a new filter for lines like the first line; raise LineError or ColumnError."""
         names = header_names(cells) if list(cells) != [""] else None
         time = position_of(self.time, names, len(cells))
         columns = self.columns

@@ -56,7 +56,7 @@ _AXES: Final = 3
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """Filter of a stream, and contents of its lines; both stay the same after a restart.
+    """Filter and columns of a live stream; a restart needs the same settings.
 
     Parameters
     ----------
@@ -66,29 +66,29 @@ class Settings:
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
-        Channels by name or position. Default: columns with names of gyros in a header line; without
-        a header line, all columns except the sequence number.
+        Channels by name or position. Default: columns with names of gyros in a header line. Without
+        a header line: all columns except the sequence number.
     unit : str, optional
         Unit of the channels, if the header line does not state it. If it is known, `rest_limit`
         defaults to 10 deg/s and `bias_limit` to 20 deg/s; None means no limit.
     data_scale : float, optional
-        Factor of the samples, for example of raw counts; the unit applies to the product.
+        Factor of the samples, for example of raw counts. The unit applies after the multiplication.
     sequence : str or int, optional
-        Column of the sequence number; None for no such column.
+        Column of the sequence number; None if there is none.
     sequence_bits : int, optional
-        Width of the sample counter; None to learn it.
+        Width of the sequence number, bits; None: found from the data.
     accel_columns : tuple of str or int, optional
-        Columns of an accelerometer, x, y, z. It detects motion for the filter, as in a replay, and
-        its cells pass through. Default: the accelerometer of the gyro's device in the header line;
-        empty for none.
+        Columns of an accelerometer, x, y, z. The accelerometer detects motion for the filter, as in
+        a replay. The answer contains its cells unchanged. Default: the accelerometer of the gyro's
+        device in the header line; empty for none.
     time : str or int, optional
         Column of the time of each sample; a gap counts as missing samples.
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
     calibration : Calibration or str, optional
-        Calibration that corrects the gyro, or its JSON. If the lines have an accelerometer, its
-        force is used.
+        Calibration that corrects the gyro, or the calibration's JSON. If the lines have an
+        accelerometer, the correction also uses the specific force.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -96,9 +96,8 @@ class Settings:
     Raises
     ------
     ValueError
-        If a value is not valid for the filter, the method does not use an option, or the width is
-        not valid.
-        not valid.
+        If a value is not valid for the filter, the method does not use an option, or
+        `sequence_bits` is not valid.
 
     Examples
     --------
@@ -176,12 +175,12 @@ class Settings:
         return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
     def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
-        """Return a new filter for samples in a unit; with one channel it takes floats."""
+        """Return a new filter for samples in a unit; a filter of one channel accepts floats."""
         options = add_rest_limits(self.options, [self.options["method"]], unit)
         return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines like the first; raise LineError or ColumnError."""
+        """Return a new filter for lines like the first line; raise LineError or ColumnError."""
         request = ColumnRequest(self.columns, self.sequence, fields, self.unit, self.time)
         layout = find_layout(cells, request)
         accel = self._find_accel_columns(layout)

@@ -43,17 +43,17 @@ class LineStream:
 
     A line has one or several numbers, separated by commas or blanks. An empty cell or ``nan`` is a
     missing sample. The first line may name the columns. Then columns with names of sensors are
-    filtered, and all others, such as the time, pass through. Without names, all columns are
-    filtered. A source may repeat the names after a restart; the answer is the names of the answer's
-    columns. Lines that begin with ``#`` are not answered.
+    filtered, and all other columns, such as the time, pass through. Without names, all columns are
+    filtered. The answer to a line of names is the names of the answer's columns. A source may
+    repeat its names after a restart. Lines that begin with ``#`` get no answer.
 
     Parameters
     ----------
     settings : Settings, AttitudeSettings, ArraySettings or NavigationSettings
         Engine and contents of the lines. With `Settings`, an answer has rates in place of the
-        gyro's samples. With other settings, an answer has all other cells, followed by one of
-        these: the orientation of a body, the rate of an array of gyros, or position, velocity and
-        orientation of a vehicle.
+        gyro's samples. With other settings, an answer has the cells that are no samples, followed
+        by the engine's result. This is the orientation of a body, the rate of an array, or
+        position, velocity and orientation of a vehicle.
     fields : int, optional
         Number of cells in a line. Default: from the first line, which must be complete.
 
@@ -91,7 +91,7 @@ class LineStream:
 
     @property
     def position(self) -> int:
-        """Next sample: its sequence number, or else the number of lines before it."""
+        """Sequence number of the next sample, or else the number of lines before this sample."""
         return self._lines if self.settings.sequence is None else self.sequence.next
 
     @property
@@ -106,7 +106,7 @@ class LineStream:
 
     @property
     def opening(self) -> str | None:
-        """Sentence on the columns; None if not necessary."""
+        """Sentence on the columns; None if there is nothing to say."""
         return self._require_engine.opening
 
     def take(self, line: str) -> str | None:
@@ -115,8 +115,8 @@ class LineStream:
         Raises
         ------
         LineError
-            If the line is garbled. Without sequence numbers, it counts as a missing sample. Its
-            answer is `no_answer`; before the first good line there is no answer.
+            If the line is garbled. Without sequence numbers, the line counts as a missing sample.
+            Its answer is `no_answer`. Before the first good line there is no answer.
         ColumnError
             If the columns differ from earlier or requested columns: the stream cannot continue.
         """
@@ -160,7 +160,7 @@ class LineStream:
     def take_damaged(self) -> str:
         """Return the answer to a damaged sample; the columns must be known.
 
-        It counts as a missing sample, unless sequence numbers show otherwise.
+        Without sequence numbers, it counts as a missing sample.
         """
         engine = self._require_engine
         if engine.layout.sequence is None:
@@ -169,7 +169,7 @@ class LineStream:
         return engine.no_answer
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples, only once; None if not necessary."""
+        """Return a sentence on the first samples, once; None if there is nothing to say."""
         return None if self._engine is None else self._engine.notice()
 
     def view(self) -> View | None:
@@ -182,7 +182,7 @@ class LineStream:
             yield from self._engine.sentences()
 
     def to_bytes(self) -> bytes:
-        """Return the full state, with a checksum; the columns must be known."""
+        """Return the full state as bytes with a checksum; the columns must be known."""
         engine = self._require_engine
         layout = engine.layout
         kind = self.settings.kind
@@ -201,12 +201,12 @@ class LineStream:
     def from_bytes(
         cls, raw: bytes, settings: EngineSettings | None = None, fields: int | None = None
     ) -> Self:
-        """Return the stream saved by `to_bytes`; with None its settings and fields are kept.
+        """Return the stream saved by `to_bytes`; by default with its settings and fields.
 
         Raises
         ------
         CheckpointError
-            If the bytes are not complete, or are no saved stream.
+            If the bytes are incomplete, or are no saved stream.
         SettingsError
             If the stream was saved with other settings.
         """

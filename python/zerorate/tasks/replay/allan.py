@@ -18,7 +18,8 @@ class AllanCurves:
     taus : ndarray, shape (m,)
         Averaging times up to a quarter of the record, s.
     raw, filtered : ndarray, shape (k, m)
-        Deviations in the unit of the data; NaN without two consecutive complete clusters.
+        Deviations in the unit of the data; NaN if there are no two consecutive clusters with all
+        samples.
     """
 
     taus: Floats

@@ -19,17 +19,17 @@ _RATE_UNITS: Final = ("rad/s", "deg/s", "deg/h")
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """State of a filter of k axes at each of m moments; NaN until the axis' start-up is over.
+    """State of a filter of k axes at m moments; NaN during the start-up of an axis.
 
     Parameters
     ----------
     samples : ndarray of int64, shape (m,)
-        Number of samples processed to this moment, including missing samples.
+        Number of samples processed up to this moment, including missing samples.
     measurement_noise : ndarray, shape (m, k)
         Variance R, unit of the data squared.
     gain : ndarray, shape (m, k, p + 1)
-        Kalman gain; its first component weights the newest sample. For "auto" the state is the
-        drift alone: p + 1 and p + q + 1 below are then 1.
+        Kalman gain; its first component weights the newest sample. For "auto", the state is only
+        the drift, and p + 1 and p + q + 1 are 1.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
     angle_random_walk : ndarray, shape (m, k)

@@ -17,20 +17,20 @@ _MIN_ONSET_SAMPLES: Final = 8
 
 @dataclass(frozen=True)
 class Score:
-    """Measures of one axis, for raw data or a method's bias; NaN without a meaning.
+    """Measures of one axis, for raw data or a method's bias; NaN if they have no meaning.
 
-    Only samples present in the raw data are used. If the chosen filter detects motion, only its
+    Samples that are missing in the raw data are not used. If the chosen filter detects motion, only
     samples at rest are used.
 
     Parameters
     ----------
     axis, method : str
-        The channel's name, and the method or ``"raw"``.
+        Name of the channel, and name of the method or ``"raw"``.
     mean, deviation : float
         Mean and standard deviation, in the unit of the log.
     reduction : float
-        Ratio of the bias' standard deviation to the raw data's standard deviation. It does not
-        apply to the compensated rate.
+        Standard deviation of the bias divided by the standard deviation of the raw data. The ratio
+        does not apply to the compensated rate.
     coasting : tuple of float
         `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
     error : float

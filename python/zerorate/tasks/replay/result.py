@@ -54,7 +54,7 @@ class Readings:
 
     @property
     def rest(self) -> Booleans:
-        """Mask of rest, shape (n, k), without a stuck sensor, because it may have moved."""
+        """Mask of rest, shape (n, k), without samples of a stuck sensor, which may have moved."""
         return self.at_rest & ~self.stuck
 
     def certain_rest(self, rate: float) -> Booleans:
@@ -87,18 +87,18 @@ def trailing_mean(values: Floats, rate: float) -> Floats:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Result):
-    """Summary of a replay without its samples: `table`, and `plot` of the biases.
+    """Summary of a replay without the samples; `table` and `plot` show the biases.
 
     Parameters
     ----------
     header : Header
         Description of the filtered log: n samples of k axes.
     method : str
-        Chosen method; all attributes from `output` on refer to it.
+        Chosen method. All following attributes refer to this method.
     output : {"compensated", "estimate"}
         Contents of the filtered log: the raw rate minus its bias, or the bias.
     params : mapping
-        Arguments to make the same filter.
+        Arguments that make the same filter.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
@@ -106,19 +106,20 @@ class Summary(Result):
     horizons : tuple of float
         Horizons of the coasting errors, s.
     speed : mapping of str to float
-        Samples processed per second on one core, counting each axis.
+        Number of samples processed per second on one core, summed over all axes.
     guard_count : mapping of str to ndarray, shape (k,)
-        Number of steps with limited process noise.
+        Number of samples at which the process noise was limited.
     ready : ndarray of bool, shape (k,)
         True if the axis' start-up is over.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
     restart_count : ndarray, shape (k,)
-        Number of restarts because the noise learned at the start was wrong by orders of magnitude.
+        Number of restarts of the filter because the initially learned noise was wrong by orders of
+        magnitude.
     history : History
         State of the chosen filter over time.
     time_constant : ndarray, shape (k,)
-        Time in which the chosen filter makes 63 % of a step, s.
+        Time in which the bias follows a step of the samples by 63 %, s.
     sample_counts : SampleCounts
         Counts of missing, resting and stuck samples.
     left_out : ExclusionCounts
@@ -126,8 +127,8 @@ class Summary(Result):
     alarms : tuple of str
         Contradictions in the log, one sentence each.
     error_at_end : ndarray, shape (k,), or None
-        Bias at the end minus the mean true bias of the last 10 s, in the unit of the log; None if
-        the true bias is unknown.
+        Bias at the end minus the mean true bias of the last 10 s, unit of the log. None if the true
+        bias is unknown.
     """
 
     header: Header
@@ -156,12 +157,12 @@ class Summary(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the log's clock, gaps and assumptions, and on the filter's actions."""
+        """Sentences on the log's clock, gaps and assumptions, and on the filter."""
         return tuple(notes_on(self))
 
     @property
     def moved_count(self) -> Integers | None:
-        """Number of samples per axis with the sensor in motion, shape (k,)."""
+        """Number of samples in motion for each axis, shape (k,)."""
         counts = self.sample_counts
         if counts.at_rest_count is None or counts.stuck_count is None:
             return None
@@ -180,7 +181,7 @@ class Summary(Result):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Replay(Summary, Result):
-    """A log after the filters, as `zerorate.replay` returns it: a summary with all series.
+    """A filtered log, as `zerorate.replay` returns it: a `Summary` with all samples.
 
     Parameters
     ----------
@@ -189,8 +190,8 @@ class Replay(Summary, Result):
     filtered : mapping of str to ndarray, shape (n, k)
         Bias by method; NaN before an axis' first sample.
     readings : Readings or None
-        Quality of the bias at each sample; None for a published method that neither detects motion
-        nor compensates.
+        Quality of the bias at each sample. None for a published method without detection of motion,
+        if the output is the estimate.
     truth : ndarray, shape (n, k), or None
         True bias, if it is known.
 
@@ -216,7 +217,7 @@ class Replay(Summary, Result):
 
     @property
     def saturated(self) -> Booleans | None:
-        """Mask of samples at the end of the sensor's range, shape (n, k), if the range is known."""
+        """Mask of samples at the end of the sensor's range, (n, k); None without a range."""
         return mask_saturated(self.log.data, self.limit)[1]
 
     @property
@@ -230,7 +231,7 @@ class Replay(Summary, Result):
 
     @cached_property
     def allan(self) -> AllanCurves:
-        """Allan deviations of raw data and filtered log, at rest if rest is known."""
+        """Allan deviations of raw data and filtered log; only at rest if rest is known."""
         raw, _ = mask_saturated(self.log.data, self.limit)
         filtered = self.bias if self.output == "estimate" else subtract_bias(raw, self.bias)
         if self.params["motion"] == "hold" and self.readings is not None:
@@ -245,9 +246,9 @@ class Replay(Summary, Result):
         Parameters
         ----------
         panels : {"usual", "all"}
-            Raw rate and biases; or all panels: noise, gain or drift, and Allan deviations.
+            "usual": raw rate and biases. "all": also noise, gain or drift, and Allan deviations.
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the bias of the first axis, followed by those for further axes.
+            Axes for the bias of each sensor axis, in order.
         """
         return figure_of(self, panels == "all", ax=ax)
 

@@ -72,14 +72,14 @@ def replay(
     methods : sequence of str or "all"
         Methods to compare with `method`.
     accel : bool or Log
-        False: ignore the accelerometer. A Log: use it as accelerometer.
+        False: ignore the accelerometer. A Log: use this log as accelerometer.
     calibration : Calibration or path, optional
         Calibration that corrects the gyro first.
     fix : bool
         Correct the gyro's unit or axes if the motion clearly contradicts them.
     truth : array_like or path, optional
-        True bias if known, in the shape and unit of the data. Or a file from ``zerorate simulate``
-        with columns ``drift_x_radps`` and so on.
+        True bias, if known: an array in the shape and unit of the data. Or a file from ``zerorate
+        simulate`` with columns such as ``drift_x_radps``.
     horizons : sequence of float
         Horizons of the coasting error, s.
     progress : callable, optional
@@ -88,20 +88,21 @@ def replay(
     **options
         Options of `zerorate.DriftFilter`; each is passed to the methods that use it. If the unit is
         known, `rest_limit` defaults to 10 deg/s and `bias_limit` to 20 deg/s; None means no limit.
-        If the source is a file, also arguments of `zerorate.read_log`; its ``scale`` is
-        ``data_scale`` here.
+        If the source is a file, also arguments of `zerorate.read_log`; the argument ``scale`` is
+        named ``data_scale`` here.
 
     Returns
     -------
     Replay
-        The filtered log, scores, learned parameters; `table`, `plot`, `save`.
+        The filtered log, scores and learned parameters. The result has the methods `table`, `plot`
+        and `save`.
 
     Raises
     ------
     LogError
         If there is no gyro, all samples are missing, or the source cannot be read.
     ValueError
-        If a method or an option is not valid, or no method uses an option.
+        If a method or an option is not valid, or if none of the methods uses an option.
 
     Examples
     --------
@@ -155,15 +156,15 @@ def replay_to_file(
 ) -> Summary:
     """Remove the bias from a log of any length, block by block, and write the filtered log.
 
-    Scores and file are identical to `replay` with ``save(figure=False)``. The length is unlimited
-    if input and output are Parquet; other formats need the memory of the log.
+    Scores and file are identical to the results of `replay` and ``save(figure=False)``. If input
+    and output are Parquet, the length is unlimited. Other formats need memory for the whole log.
 
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
         Source as in `replay`. The checks use the first million samples.
     path : path
-        File to write, completely or not at all.
+        File to write. After an error, no partial file remains.
     method, methods, accel, calibration, fix, horizons, progress, **options
         As in `replay`.
     force : bool

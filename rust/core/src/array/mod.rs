@@ -1,12 +1,12 @@
 //! Many gyros of one body as one gyro.
 //!
-//! Each gyro learns its own drift, axis by axis. Weights follow from noise at rest, and in motion
-//! from scale errors, which are assumed equal. A sensor that disagrees with the others is excluded
-//! until it has agreed again for a while. An array of one gyro gives bit-identical results to its
-//! drift filter.
+//! The drift of each axis of each gyro is learned. At rest the weights follow from the noise. In
+//! motion they follow from scale errors, which are assumed equal. A sensor that disagrees with the
+//! other sensors is excluded until it has agreed again for some time. An array of one gyro gives
+//! bit-identical results to its drift filter.
 //!
-//! The number of gyros is known only at run time. [`GyroArray`] therefore takes slices and is no
-//! [`Stream`], whose input has a compiled size; its filters are streams. For a known number it
+//! The number of gyros is known only at run time. [`GyroArray`] therefore takes slices. It is not a
+//! [`Stream`], because the input of a stream has a compiled size. For a known number of gyros it
 //! becomes a stream in a few lines: see `tests/core/array.rs`.
 
 mod centralised;

@@ -44,13 +44,14 @@ pub struct AttitudeParams {
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
-    /// True if there is a magnetometer. Without it a level sensor starts along the frame's axes.
+    /// True if there is a magnetometer. Without a magnetometer a level sensor starts along the
+    /// frame's axes.
     pub mag: bool,
     /// Unit of the gyro in rad/s.
     pub gyro_unit: f64,
     /// Unit of the accelerometer in m/s².
     pub accel_unit: f64,
-    /// Range of the gyro, rad/s, if known: larger rates count as missing.
+    /// Range of the gyro, rad/s, if known. Larger rates count as missing.
     pub gyro_range: Option<f64>,
 }
 
@@ -273,7 +274,7 @@ impl<E: Estimator> Attitude<E> {
         self.estimator.align(enu, tilt_sigma, heading_sigma);
     }
 
-    /// Resets, except values that the sensor keeps while it is off.
+    /// Resets the state, except values that the sensor keeps while it is off.
     pub fn power_on(&mut self) {
         self.estimator.power_on();
         self.forget();

@@ -24,7 +24,7 @@ const MAX_FORCE: f64 = 1e201;
 pub struct Correction {
     /// Inverse of the gyro's matrix.
     pub gyro_matrix: Matrix,
-    /// Bias of the gyro without a known temperature.
+    /// Bias of the gyro if no temperature is known.
     pub gyro_bias: Vector,
     /// Inverse of the accelerometer's matrix.
     pub accel_matrix: Matrix,
@@ -197,7 +197,7 @@ impl<const N: usize> ImuCorrector<N> {
         &self.correction
     }
 
-    /// The last known specific force, zero before the first.
+    /// The last known specific force; zero before the first force.
     pub fn force(&self) -> [f64; 3] {
         self.force
     }

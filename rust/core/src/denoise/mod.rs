@@ -1,8 +1,8 @@
 //! Wavelet denoising: of a whole record, and of a stream.
 //!
 //! A two-channel filter bank of Daubechies splits a signal into details of one octave each and an
-//! approximation below them. White noise is equally strong in all octaves, a slow signal is in few.
-//! Details no larger than noise are removed.
+//! approximation below them. White noise is equally strong in all octaves; a slow signal is only in
+//! a few octaves. Details no larger than noise are removed.
 //!
 //! I. Daubechies, *Comm. Pure Appl. Math.* 41, 1988; D. L. Donoho, I. M. Johnstone, *Biometrika*
 //! 81(3), 1994 (VisuShrink); J. Wu, C. Ran, *Instrument Technique and Sensor* 2021(2) (level by the

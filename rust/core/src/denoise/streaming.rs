@@ -25,7 +25,7 @@ const MAX_DISTANCE: f64 = 1e150;
 /// Parameters of a denoiser.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WaveletParams {
-    /// Samples per second; they set the time constant of the noise.
+    /// Samples per second. The time constant of the learned noise depends on it.
     pub rate: f64,
     /// Wavelet of the filter bank.
     pub wavelet: Wavelet,
@@ -33,17 +33,17 @@ pub struct WaveletParams {
     pub level: usize,
     /// Treatment of details above the threshold.
     pub mode: Mode,
-    /// Details below this number of standard deviations of the noise are removed; zero removes
-    /// none.
+    /// Details below this number of standard deviations of the noise are removed; with zero no
+    /// detail is removed.
     pub threshold: f64,
 }
 
 /// A decimated filter bank that returns each sample denoised after
 /// `(2^L - 1)(F - 1) + 1` samples, for L levels and F taps.
 ///
-/// The standard deviation of the noise comes from the details of the first level, by counting.
-/// Details are compared with it when they are used, after the levels below them are ready. Before
-/// the first sample the signal is assumed to equal it.
+/// The standard deviation of the noise is learned from the details of the first level: the denoiser
+/// counts the details within it. Each detail is compared with the present standard deviation when
+/// it is used. Before the first sample the signal is assumed to equal the first sample.
 ///
 /// A missing sample, which is not finite, is replaced by the last sample. Details that contain it
 /// do not change the noise. The output is NaN before the first sample.
@@ -116,7 +116,7 @@ impl WaveletDenoiser {
         waiting(self.params.level, self.params.wavelet.taps()) as u64 + 1
     }
 
-    /// Standard deviation of the noise, zero before it is known.
+    /// Standard deviation of the noise; zero before it is known.
     pub fn sigma(&self) -> f64 {
         self.noise.sigma().min(f64::MAX_RAW)
     }

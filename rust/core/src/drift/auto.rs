@@ -118,7 +118,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.cautious(self.own_sigma(self.sigma))
     }
 
-    /// Standard deviation of the mean drift over the next `seconds`. Zero is the present drift,
+    /// Standard deviation of the mean drift over the next `seconds`. Zero means the present drift,
     /// including fast flicker.
     ///
     /// # Errors

@@ -237,7 +237,7 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub covariance: SMatrix<T, N, N>,
     /// True if the sample was missing.
     pub missing: bool,
-    /// True if the step of the process noise was shortened.
+    /// True if the change of the process noise was limited.
     pub guarded: bool,
     /// Drift, learned at rest.
     pub bias: T,
@@ -352,8 +352,8 @@ where
         })
     }
 
-    /// A filter that is ready at its first sample. R and the count of Sage-Husa have their values
-    /// after the start-up in `params`.
+    /// A filter that is ready at its first sample. R and the count of Sage-Husa's update are the
+    /// same as after the start-up in `params`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter or a number of the start out of range.

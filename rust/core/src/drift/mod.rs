@@ -1,11 +1,11 @@
 //! Filters that learn a gyro's drift: published methods, and the filter that tunes itself.
 //!
-//! - [`DriftFilter`] is the method of Fu & Han. It has an ARMA model by recursive least squares
-//!   ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, and process
-//!   noise by Sage-Husa.
+//! - [`DriftFilter`] is the method of Fu & Han. It is a Kalman filter of an ARMA model. Recursive
+//!   least squares ([`RecursiveLeastSquares`]) estimates the model, the Allan variance the
+//!   measurement noise, and Sage-Husa the process noise.
 //! - [`RobustFilter`] is the filter of Wu & Ran, which rejects outliers.
 //! - [`RestGated`] restricts learning to rest.
-//! - [`AutoFilter`] weighs a bank of Kalman filters by their likelihood.
+//! - [`AutoFilter`] weights a bank of Kalman filters by their likelihoods.
 //!
 //! All of them are [`DriftStream`]s.
 
@@ -66,7 +66,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
-            Self::Restarting => "starting anew",
+            Self::Restarting => "restarting",
             Self::AtRest => "at rest",
             Self::InMotion => "in motion",
             Self::NoRestYet => "no rest yet",
@@ -158,8 +158,8 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
     /// Present drift.
     fn drift(&self) -> Drift<T>;
 
-    /// Processes samples. For each, the body is known to move, or its motion is unknown. Gives
-    /// `put` the drift after each sample, and whether the sensor is stuck.
+    /// Processes samples. For each, the body is known to move, or its motion is unknown. Passes to
+    /// `put` the drift after each sample, and true if the sensor is stuck.
     fn follow(
         &mut self,
         inputs: impl Iterator<Item = (T, bool)>,
@@ -185,12 +185,12 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         None
     }
 
-    /// Number of process-noise steps that were shortened.
+    /// Number of samples at which the change of the process noise was limited.
     fn guard_count(&self) -> u64 {
         0
     }
 
-    /// Number of outlier runs that were accepted as a step of the signal.
+    /// Number of runs of outliers that were accepted as a step of the signal.
     fn exit_count(&self) -> u64 {
         0
     }
@@ -211,8 +211,8 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         false
     }
 
-    /// For a sensor that was switched off and on: forgets the drift but not the noise. False if the
-    /// filter cannot.
+    /// For a sensor that was switched off and on: forgets the drift but not the noise. Returns
+    /// false if the method has no such restart.
     fn power_on(&mut self) -> bool {
         false
     }

@@ -9,7 +9,7 @@ use crate::error::{
 };
 use crate::math::{Limits, Real};
 
-/// Adaptation of the noise covariances: it distinguishes the three filters of Fu & Han.
+/// Adaptation of the noise covariances, which differs between the three filters of Fu & Han.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Method {
     /// G and R keep their values from the start-up window.
@@ -28,7 +28,8 @@ pub struct Behaviour {
     pub limit: Option<f64>,
     /// Outliers count as missing.
     pub reject_outliers: bool,
-    /// Samples in motion count as missing, and learning in a motion's first two ticks is undone.
+    /// Samples in motion count as missing. What was learned in the first two ticks of a motion is
+    /// undone.
     pub hold_in_motion: bool,
     /// The output is the sample minus the drift, instead of the drift.
     pub compensated: bool,
@@ -90,7 +91,8 @@ pub struct Params {
     pub adapt_for: Option<f64>,
     /// Forgetting factor λ of the drift model's least squares in (0, 1].
     pub forgetting_factor: f64,
-    /// Initial process noise G₀ and covariance P₀, as shares of the start-up variance.
+    /// Initial process noise G₀ and covariance P₀, as shares of the samples' variance in the
+    /// start-up.
     pub process_noise: f64,
     /// Weight of G₀ in samples, in the weight 1/k of Sage-Husa.
     pub process_noise_memory: f64,

@@ -140,7 +140,7 @@ pub struct LinearBank {
 
 impl LinearBank {
     /// Filters before their first sample. `x0` has the states of one channel or of each channel.
-    /// Without `P0` they are unknown.
+    /// Without `P0` the states are unknown.
     ///
     /// # Errors
     /// [`Error::Matrix`] if a matrix is not valid for a filter, [`Error::Memory`] if there is no

@@ -6,8 +6,8 @@
 //! stays definite where shorter forms fail (R. S. Bucy, P. D. Joseph, *Filtering for Stochastic
 //! Processes with Applications to Guidance*, 1968).
 //!
-//! - A measurement is missing if it is not finite or beyond [`MAX_SAMPLE`]; the rest of its vector
-//!   corrects. A missing input counts as zero.
+//! - An element of a measurement is missing if it is not finite or beyond [`MAX_SAMPLE`]. The other
+//!   elements of its vector still correct the state. A missing input counts as zero.
 //! - A measurement corrects nothing if earlier elements of its vector determine it to rounding, or
 //!   if it has no variance.
 //! - The initial state is valid before the first sample: each sample begins with a prediction.
@@ -15,10 +15,9 @@
 //! [`LinearKalman`] is a filter of fixed size and needs neither `std` nor an allocator.
 //! `LinearBank` has sizes known at run time, channels, and batches of whole records.
 //!
-//! Its matrices are slices, not nalgebra's, since one arithmetic serves the two types. Matrices of
-//! nalgebra have a compiled size, or allocate in a step. The bank is no [`Stream`](crate::Stream),
-//! whose input has a compiled size, and no `Bank`: channels of one model share one covariance and
-//! its n³ work.
+//! Its matrices are slices, because matrices of nalgebra have a compiled size or allocate in a
+//! step. The bank is not a [`Stream`](crate::Stream), because the input of a stream has a compiled
+//! size. It is not a `Bank`, because the channels share one covariance and its n³ work.
 
 #[cfg(feature = "std")]
 mod bank;

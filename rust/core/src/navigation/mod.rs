@@ -5,8 +5,8 @@
 //! ([`Covariance`]) has its own steps. Measurements are processed one scalar at a time. The errors
 //! are in position, velocity, orientation, and the biases of gyro and accelerometer, in
 //! Scherzinger's form. In this form the velocity error is defined in the frame that the filter
-//! assumes. The specific force is then no coefficient, and the coefficients change slowly. A
-//! heading that is wrong by a right angle still converges.
+//! assumes. The coefficients then change slowly, because the specific force is none of them. Even a
+//! heading error of a right angle converges.
 //!
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.

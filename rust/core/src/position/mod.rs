@@ -3,10 +3,10 @@
 //! A fix is a position east and north in a plane, m. The receiver may also give the Doppler
 //! velocity, the strength of the signals, and rest of the platform. [`PositionFilter`] is the
 //! stream; its method defines the use of these inputs. The default, [`PositionMethod::Aided`],
-//! takes displacements from Doppler and rest, and has a state for the slow error of the receiver.
-//! The other methods are from papers, for comparison.
+//! takes displacements from Doppler and rest, and estimates the slow error of the receiver. The
+//! other methods are from papers, for comparison.
 //!
-//! No method removes the slow error of a receiver; they reduce its wandering.
+//! No method removes the slow error of a receiver; the methods reduce the wandering of the fixes.
 
 mod filter;
 mod options;

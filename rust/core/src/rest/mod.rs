@@ -1,14 +1,15 @@
 //! Rest detection from one channel of a gyroscope.
 //!
 //! Samples form ticks of a quarter of a second. Two values are learned at rest: the variance of
-//! samples within a tick, and the distance of its level from averages of 1, 4 and 16 s. A tick with
-//! a chance below one in a million ends the rest. The next rest begins after 1.5 s near the level
-//! of the last rest.
+//! samples within a tick, and the distance of a tick's mean from averages over 1, 4 and 16 s. A
+//! tick ends the rest if chance explains its value only once in a million. The next rest begins
+//! after 1.5 s near the level of the last rest.
 //!
 //! A gyroscope cannot distinguish a slow steady rotation from a bias, and a sensor's bias and noise
-//! change. A new level therefore counts as rest if it stays constant for 10 s plus about 11 s for
-//! each standard deviation of its distance, at most 60 s. The earlier state is kept and resumed
-//! after 1.5 s near it. An accelerometer detects most such rotations: [`MotionDetector`].
+//! change. A new level therefore counts as rest if it stays constant for some time. This time is 10
+//! s, plus about 11 s for each standard deviation of the samples between the old and the new level,
+//! at most 60 s. The detector keeps the old level: a return to it takes 1.5 s. An accelerometer
+//! detects most such rotations: [`MotionDetector`].
 
 mod bounds;
 mod candidate;
@@ -74,8 +75,8 @@ pub struct Tick<T> {
 /// Limits of rest, in the samples' unit: a rest never exceeds them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestLimits {
-    /// Largest standard deviation within a tick at rest. Means of ticks may spread over 1.5 s by
-    /// three tenths of this limit.
+    /// Largest standard deviation within a tick at rest. The means of six ticks may spread by at
+    /// most 0.3 times this limit.
     pub rest: Option<f64>,
     /// Largest level at rest.
     pub bias: Option<f64>,
@@ -154,7 +155,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.standing()
     }
 
-    /// True if the sensor repeats one sample for longer than chance explains.
+    /// True if the sensor repeats one sample for longer than can be chance.
     pub fn is_stuck(&self) -> bool {
         self.ticker.is_stuck()
     }

@@ -13,12 +13,13 @@ pub const LAST_DIRECTION_GAIN: f64 = 0.2;
 /// Limits of ticks' means at rest, rad/s and m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuietLimits {
-    /// Largest spread of the rate over the three axes. It limits the standard deviation, and half
-    /// the distance of a tick from the mean.
+    /// Largest spread of the rate, as norm of the three axes. It limits the standard deviation, and
+    /// half the distance of a tick from the mean.
     pub gyro: f64,
-    /// Largest spread of the force, in the same sense.
+    /// Largest spread of the force, defined as for the rate.
     pub accel: f64,
-    /// Largest rotation of gravity: a slow rotation about a level axis.
+    /// Largest change of gravity's direction, as a force. It detects a slow rotation about a level
+    /// axis.
     pub turned: f64,
 }
 

@@ -30,7 +30,8 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
     /// never allocates more than `bytes` can fill.
     ///
     /// # Errors
-    /// [`Error::Content`] if the bytes are no such state, [`Error::Memory`] if there is no memory.
+    /// [`Error::Content`] if the bytes are not such a state, [`Error::Memory`] if there is no
+    /// memory.
     fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
         decode(bytes)
     }

@@ -1,5 +1,5 @@
-//! The interface of everything that processes samples one by one, and the features that follow from
-//! it: batches, parallel channels, threads, traces and checkpoints.
+//! The interface of all types that process samples one by one. Batches, parallel channels, threads,
+//! traces and checkpoints follow from this interface.
 //!
 //! A [`Stream`] defines its input, its output and the effect of one sample. [`Stream::process`] is
 //! a loop over [`Stream::update`]. A [`Bank`] has one stream per channel and processes arrays, with
@@ -61,7 +61,7 @@ pub trait Stream: Sized {
         size_of::<Self>()
     }
 
-    /// Gives the output of each input to `put`; results are bit-identical to
+    /// Passes the output of each input to `put`; results are bit-identical to
     /// [`update`](Self::update) for each sample.
     #[inline]
     fn run(
@@ -84,8 +84,8 @@ pub trait Stream: Sized {
         });
     }
 
-    /// Number of channels that take hardly longer than one channel, because they share SIMD
-    /// registers.
+    /// Number of channels that share SIMD registers: together they take hardly longer than one
+    /// channel.
     #[cfg(feature = "std")]
     fn lane_count() -> usize {
         1

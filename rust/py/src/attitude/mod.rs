@@ -46,29 +46,29 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// Sensors may have different rates. A missing sample is NaN, ``None``, a vector of zeros, or a
 /// vector beyond 1000 rad/s or m/s^2. A missing rate is replaced by the last rate for 50 ms.
 ///
-/// Zeros of a gyro are a rate if the gyro has a dead band or is simulated. They are accepted after
-/// a rate below 5 deg/s, unless the gyro has shown noise at rest. They are also accepted after some
-/// time of rest with zeros.
+/// Zeros of a gyro are true rates if the gyro has a dead band or is simulated. Zeros after a rate
+/// below 5 deg/s are accepted if the gyro has shown no noise at rest. Zeros are also accepted after
+/// they have lasted for some time at rest.
 ///
-/// ``dt`` is the time since the previous sample, s, if it is not ``1 / rate``. More than 1 s is a
-/// gap. A negative value means a clock that was set back; beyond -1 s, a recorder that restarted.
-/// After a gap or a jump the body may have rotated: ``tilt_sigma`` and ``heading_sigma`` grow
-/// accordingly.
+/// ``dt`` is the time since the previous sample, s, by default ``1 / rate``. More than 1 s is a
+/// gap. A negative value means that the clock was set back. A value below -1 s means that the
+/// recorder restarted. In all these cases the body may have rotated: ``tilt_sigma`` and
+/// ``heading_sigma`` grow accordingly.
 ///
-/// North is magnetic. Without a magnetometer a level sensor starts along the axes of the frame, and
-/// the heading drifts. One object serves one thread at a time.
+/// North is magnetic north. Without a magnetometer a level sensor starts with its axes along the
+/// frame's axes, and the heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples of the gyro per second.
 /// mag : bool, default True
-///     True if samples may include a magnetometer. With False a magnetic field is an error, and
-///     ``heading_sigma`` is the standard deviation of the drift since the start.
+///     True if samples may include a magnetometer. With False, samples of a magnetometer raise an
+///     error, and ``heading_sigma`` is the standard deviation of the drift since the start.
 /// frame : {"enu", "ned", "nwu"}
 ///     Axes of the earth: "enu" is east, north, up; "ned" is north, east, down; "nwu" is north,
-///     west, up. With the identity quaternion, a resting accelerometer shows +9.81 on z, in "ned"
-///     -9.81.
+///     west, up. With the identity quaternion, a resting accelerometer shows +9.81 m/s^2 on z, with
+///     "ned" -9.81 m/s^2.
 /// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
 ///     Filter method.
 /// gyro_unit, accel_unit : str
@@ -77,38 +77,41 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     Known output of the gyro without rotation, in ``gyro_unit``. A `DriftFilter` must have three
 ///     channels in that unit. A `Calibration` is for raw samples and also gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
-///     Standard deviation of ``bias``. The default is 0.05 deg/s for a filter or a calibration, or
-///     its own value if larger. It is 0.5 deg/s for numbers, and 1 deg/s without ``bias``.
+///     Standard deviation of ``bias``. For a filter or a calibration, the default is its own
+///     standard deviation, at least 0.05 deg/s. For numbers the default is 0.5 deg/s. Without
+///     ``bias`` it is 1 deg/s.
 /// bias_limit : float, optional
-///     Only "auto": largest possible bias, in ``gyro_unit``, default 10 deg/s. A steady rate beyond
-///     it is a rotation, never a rest. A small limit keeps a slowly turning table from being
-///     mistaken for a rest. A large limit lets the filter find the bias of a bad gyro.
+///     Only "auto": largest possible bias, in ``gyro_unit``, default 10 deg/s. A steady rate above
+///     this limit counts as rotation. With a small limit, a slowly turning table is not mistaken
+///     for rest. With a large limit, the filter can find the bias of a bad gyro.
 /// gyro_range : float, optional
-///     Range of the gyro, in ``gyro_unit``. A rate beyond it about any axis is a missing sample,
-///     counted in ``rates_left_out``. At a rate equal to the range, ``status`` is "clipped".
+///     Range of the gyro, in ``gyro_unit``. If the rate about any axis is beyond this range, the
+///     sample is missing and counts in ``rates_left_out``. At a rate equal to the range, ``status``
+///     is "clipped".
 /// magnetometer : MagnetometerCalibration, optional
-///     Only "auto": result of `calibrate_magnetometer`, which corrects each sample first. It uses
-///     the soft iron and the hard iron of the longest group. The samples must be in its unit.
+///     Only "auto": result of `calibrate_magnetometer`. Each sample is first corrected by the soft
+///     iron and by the hard iron of the longest group. The samples must be in the calibration's
+///     unit.
 /// learn_magnetometer : bool, default False
 ///     Only "auto": learn the magnetometer's hard iron from the motion; with ``magnetometer``,
-///     learn the remaining hard iron. Until it is known, the output is bit-identical to a filter
-///     without learning.
+///     learn the remaining hard iron. Until the hard iron is known, the output is bit-identical to
+///     a filter without learning.
 /// channels : int, optional
 ///     Number of bodies; ``None`` is a single body without a channel axis.
 /// time_constant : float, default 0.5
 ///     Only "complementary": time constant of the corrections by accelerometer and magnetometer, s.
-///     A short time follows accelerations. A long time leaves an error of the gyro's bias times
-///     this constant.
+///     With a short time constant, accelerations change the orientation. The gyro's bias causes an
+///     error of the bias times the time constant.
 /// kp, ki : float, default 1.0 and 0.3
-///     Only "mahony": proportional gain, 1/s, and integral gain, 1/s^2. Without the integral gain
-///     no bias is learned.
+///     Only "mahony": proportional gain, 1/s, and integral gain, 1/s^2. With ``ki=0`` no bias is
+///     learned.
 /// beta : float, optional
-///     Only "madgwick": gradient step of the quaternion, rad/s, which is half the body's rate. The
-///     default is 0.041 with a magnetometer and 0.033 without, as in the report.
+///     Only "madgwick": gradient step of the quaternion, rad/s; a body rate is twice this value.
+///     The default is from the report: 0.041 with a magnetometer, 0.033 without a magnetometer.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
 ///     Only "ekf" and "ukf": white noise of gyro, rad/s/sqrt(Hz), and accelerometer,
-///     m/s^2/sqrt(Hz). The accelerometer's value includes the body's own accelerations, about fifty
-///     times the noise in a data sheet.
+///     m/s^2/sqrt(Hz). The accelerometer's value includes the body's own accelerations. It is about
+///     fifty times the noise in a data sheet.
 /// mag_noise : float, default 0.1
 ///     Only "ekf" and "ukf": white noise of the magnetic heading, rad/sqrt(Hz).
 /// bias_walk : float, default 0.0001
@@ -210,7 +213,7 @@ impl Attitude {
 
     /// Process one sample of each sensor and return the orientation, (4,).
     ///
-    /// Each sensor's sample is (3,); six or nine floats are accepted, too. With channels the
+    /// Each sensor's sample is (3,); six or nine floats are also accepted. With k channels the
     /// samples are (k, 3) and the orientations (k, 4).
     #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
     fn update<'py>(
@@ -243,8 +246,9 @@ impl Attitude {
 
     /// Process each sample of a batch and return the orientations, (n, 4).
     ///
-    /// Each sensor's samples are (n, 3). With channels the samples are (n, k, 3) and the
-    /// orientations (n, k, 4). ``dt`` is one time or (n,). The interpreter lock is released.
+    /// Each sensor's samples are (n, 3). With k channels the samples are (n, k, 3) and the
+    /// orientations (n, k, 4). ``dt`` is one time for all samples, or an array (n,). The
+    /// interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, out=None, threads=None))]
     // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
@@ -283,8 +287,8 @@ impl Attitude {
     ///
     /// quaternion is (n, 4); bias, bias_sigma and linear_acceleration are (n, 3); gyro_matrix and
     /// gyro_matrix_sigma are (n, 3, 3). tilt_sigma, heading_sigma, at_rest, disturbed and events
-    /// are (n,); events are sums of `zerorate.attitude.Event`. With channels the shapes are (n, k,
-    /// …).
+    /// are (n,); each number in events is a sum of `zerorate.attitude.Event` members. With k
+    /// channels the shapes are (n, k, …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -306,8 +310,7 @@ impl Attitude {
         Ok(found)
     }
 
-    /// Smooth a record offline: estimate each sample from the whole record, with the names of
-    /// ``trace``.
+    /// Smooth a record: return each estimate from the whole record, with the names of ``trace``.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn smooth<'py>(
         slf: &Bound<'py, Self>,
@@ -331,10 +334,11 @@ impl Attitude {
         named_arrays(py, parts?.map_err(NativeError::from)?, &this.shared.batch_axes(batch.n))
     }
 
-    /// Continue from a known orientation, at the start or later.
+    /// Continue from a known orientation, before the first sample or later.
     ///
-    /// The orientation of the sensor in the frame is a quaternion, w first, or a ``scipy``
-    /// rotation. The standard deviations of tilt and heading are in rad.
+    /// The orientation is a quaternion, w first, or a ``scipy`` rotation. It rotates vectors from
+    /// the sensor's axes to the earth's axes. The standard deviations of tilt and heading are in
+    /// rad.
     #[pyo3(signature = (orientation, tilt_sigma=0.01, heading_sigma=0.01))]
     fn align(
         slf: &Bound<'_, Self>,
@@ -382,18 +386,20 @@ impl Attitude {
         )
     }
 
-    /// Status of the filter, with channels a list.
+    /// Status of the filter: a str, or a list of k str with k channels.
     ///
     /// - "starting": the first second.
-    /// - "clipped": a rate at ``gyro_range``.
-    /// - "rate missing": no rate of the gyro.
+    /// - "clipped": a rate is at ``gyro_range``.
+    /// - "rate missing": the gyro has no sample.
     /// - "wrong unit": the force at rest is not gravity.
     /// - "wrong unit?": gravity turns 57 times faster or slower than the gyro. The gyro's unit may
     ///   be deg/s instead of rad/s, or the reverse.
-    /// - "magnetometer stuck": one value while the body turns.
-    /// - "at rest, or on a rate table: bias_limit": a steady rate beyond ``bias_limit``. Rest and a
-    ///   rate table cannot be distinguished.
-    /// - "disturbed", "at rest" or "moving".
+    /// - "magnetometer stuck": the magnetometer repeats one value while the body turns.
+    /// - "at rest, or on a rate table: bias_limit": the rate is steady and beyond ``bias_limit``.
+    ///   The filter cannot distinguish rest from a rate table.
+    /// - "disturbed": the magnetic field is not the known field.
+    /// - "at rest": the body rests.
+    /// - "moving": the body moves.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -404,13 +410,13 @@ impl Attitude {
         }
     }
 
-    /// Use of the magnetometer, with channels a list.
+    /// Use of the magnetometer: a str, or a list of k str with k channels.
     ///
-    /// - "raw": used without correction, because no hard iron is known or none is learned.
+    /// - "raw": the field is used without correction. No hard iron is known, or none is learned.
     /// - "known": the present motion determines the hard iron, which is subtracted.
-    /// - "kept": an earlier hard iron or none is subtracted, whichever keeps the field constant.
-    /// - "withheld": no hard iron explains the field. The heading comes from the gyro, for a minute
-    ///   at most.
+    /// - "kept": an earlier hard iron or zero is subtracted, whichever keeps the field constant.
+    /// - "withheld": no hard iron explains the field. For at most a minute, the heading comes from
+    ///   the gyro.
     #[getter]
     fn magnetometer_state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -473,57 +479,84 @@ impl Attitude {
 }
 
 getters! { Attitude, slf, py, this;
-    /// Quaternion from the sensor's axes to the earth's axes, w first: (4,), with channels (k, 4).
+    /// Quaternion from the sensor's axes to the earth's axes, w first.
+    ///
+    /// An array (4,), or (k, 4) with k channels.
     quaternion: Object<'py> = vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())?;
-    /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
+    /// Roll, pitch and yaw, rad.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     euler: Object<'py> = vectors(slf, &[3], |body| body.euler.to_vec())?;
-    /// Direction of the sensor's x axis over ground: float, with channels (k,).
+    /// Direction of the sensor's x axis over ground.
     ///
-    /// The angle is clockwise from north, 0 to 2 pi.
+    /// The angle is clockwise from north, 0 to 2 pi. A float, or an array (k,) with k channels.
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
-    /// Unit vector upwards, in the sensor's axes: (3,), with channels (k, 3).
-    up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
-    /// Specific force of gravity alone, in the accelerometer's unit: (3,), with channels (k, 3).
-    gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
-    /// Last specific force minus gravity: (3,), with channels (k, 3).
+    /// Unit vector upwards, in the sensor's axes.
     ///
-    /// Axes and unit are the accelerometer's. NaN if the force was missing.
+    /// An array (3,), or (k, 3) with k channels.
+    up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
+    /// Specific force of gravity alone, in the accelerometer's unit and axes.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
+    gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
+    /// Last specific force minus gravity.
+    ///
+    /// Its axes and unit are the accelerometer's. It is NaN if the force was missing. An array
+    /// (3,), or (k, 3) with k channels.
     linear_acceleration: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())?;
-    /// Output of the gyro without rotation, in its unit: (3,), with channels (k, 3).
+    /// Output of the gyro without rotation, in its unit.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())?;
-    /// Standard deviation of ``bias``: (3,), with channels (k, 3).
+    /// Standard deviation of ``bias``.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias_sigma: Object<'py> =
         vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())?;
-    /// Matrix M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
+    /// Matrix M in ``rate = M (gyro - bias)``.
+    ///
+    /// An array (3, 3), or (k, 3, 3) with k channels.
     gyro_matrix: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec() })?;
-    /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
+    /// Standard deviations of the elements of ``gyro_matrix``.
+    ///
+    /// An array (3, 3), or (k, 3, 3) with k channels.
     gyro_matrix_sigma: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec() })?;
-    /// Standard deviation of the estimated vertical's angle error, rad: float, with channels (k,).
-    tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
-    /// Standard deviation of the heading, rad: float, with channels (k,).
+    /// Standard deviation of the angle between estimated and true vertical, rad.
     ///
-    /// Without a magnetometer it is relative to the start.
+    /// A float, or an array (k,) with k channels.
+    tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
+    /// Standard deviation of the heading, rad.
+    ///
+    /// Without a magnetometer it is the standard deviation of the drift since the start. A float,
+    /// or an array (k,) with k channels.
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
-    /// True if the body rests: bool, with channels (k,).
+    /// True if the body rests.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// True if the magnetic field's strength or dip is not the known value: bool, with channels
-    /// (k,).
+    /// True if the magnetic field's strength or dip is not the known value.
+    ///
+    /// A bool, or an array (k,) with k channels.
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
-    /// Hard iron that is subtracted from each magnetometer sample: (3,), with channels (k, 3).
+    /// Hard iron that is subtracted from each magnetometer sample.
     ///
-    /// Its unit is the magnetometer's; with a calibration its axes are the corrected axes. Zeros
-    /// before it is known, NaN if none is learned.
+    /// Its unit is the magnetometer's; with a calibration its axes are the corrected axes. It is
+    /// zero before it is known, and NaN if none is learned. An array (3,), or (k, 3) with k
+    /// channels.
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
-    /// Standard deviation of ``hard_iron``, NaN before it is known: (3,), with channels (k, 3).
-    hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
-    /// Number of rates beyond ``gyro_range`` or 1000 rad/s: int, with channels (k,).
+    /// Standard deviation of ``hard_iron``, NaN before it is known.
     ///
-    /// Infinities and NaN are missing samples and are not counted.
+    /// An array (3,), or (k, 3) with k channels.
+    hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
+    /// Number of rates beyond ``gyro_range`` or 1000 rad/s.
+    ///
+    /// Infinities and NaN are missing samples and are not counted. An int, or an array (k,) with k
+    /// channels.
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();

@@ -42,21 +42,22 @@ const WIDTH: usize = 3;
 /// channels : int, optional
 ///     Number of axes; ``None`` is a single axis without a channel axis.
 /// time_constant : float, default 0.5
-///     Only "complementary": time constant, s. A short time trusts the accelerometer and its
-///     vibration, a long time trusts the gyro and its bias.
+///     Only "complementary": time constant, s. A short time constant follows the accelerometer and
+///     its vibration. A long time constant follows the gyro and its bias.
 /// q_angle, q_bias : float, default 1e-3 and 3e-3
 ///     Only "kalman": variance that angle and bias gain per second, unit^2/s and (unit/s)^2/s.
 /// r_measure : float, default 3e-2
-///     Only "kalman": variance of one accelerometer angle, unit^2. At another rate the same number
-///     is another filter. The defaults of ``q_angle``, ``q_bias`` and ``r_measure`` are those in
-///     common MPU-6050 code, for degrees at 100 Hz: a time constant of a third of a second.
+///     Only "kalman": variance of one accelerometer angle, unit^2. The effect of the same number
+///     depends on ``rate``. The defaults of ``q_angle``, ``q_bias`` and ``r_measure`` are from
+///     common MPU-6050 code, for degrees at 100 Hz. They give a time constant of a third of a
+///     second.
 /// p_start : float, default 1.0
 ///     Only "kalman": variance of angle and bias before the first sample, unit^2 and (unit/s)^2.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or is not used by the method.
+///     A parameter is out of range, or the method does not use it.
 ///
 /// Examples
 /// --------
@@ -108,8 +109,9 @@ impl Tilt {
 
     /// Process a rate and the accelerometer's angle, and return the tilt.
     ///
-    /// Floats or None give a float; with channels (k,) and (k,) give (k,). ``dt`` is the time since
-    /// the previous sample, s, by default one period.
+    /// Each argument is a float or None, and the result a float. With k channels, arguments and
+    /// result have the shape (k,). ``dt`` is the time since the previous sample, s, by default one
+    /// period.
     #[pyo3(signature = (gyro, angle, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -130,10 +132,10 @@ impl Tilt {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Process each sample of a batch and return the tilts: (n,) and (n,) to (n,).
+    /// Process each sample of a batch and return the tilts.
     ///
-    /// With channels (n, k) and (n, k) give (n, k). ``dt`` is one time for all samples or (n,). The
-    /// interpreter lock is released.
+    /// Arguments and result have the shape (n,), with k channels (n, k). ``dt`` is one time for all
+    /// samples, or an array (n,). The interpreter lock is released.
     #[pyo3(signature = (gyro, angle, dt=None, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -176,15 +178,21 @@ impl Tilt {
 }
 
 getters! { Tilt, slf, py, this;
-    /// Tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
-    angle: Object<'py> = this.shared.each(py, Core::angle)?;
-    /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
-    angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
-    /// Output of the gyro without rotation: float, with channels (k,).
+    /// Tilt, NaN before the first angle of the accelerometer.
     ///
-    /// NaN for method "complementary".
+    /// A float, or an array (k,) with k channels.
+    angle: Object<'py> = this.shared.each(py, Core::angle)?;
+    /// Standard deviation of ``angle``; NaN for method "complementary".
+    ///
+    /// A float, or an array (k,) with k channels.
+    angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
+    /// Output of the gyro without rotation.
+    ///
+    /// It is NaN for method "complementary". A float, or an array (k,) with k channels.
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
+    /// Standard deviation of ``bias``; NaN for method "complementary".
+    ///
+    /// A float, or an array (k,) with k channels.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

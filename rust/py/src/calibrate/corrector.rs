@@ -40,43 +40,44 @@ where
 ///
 /// ``force = accel_matrix @ (accel - accel_bias)`` and
 /// ``rate = gyro_matrix @ (gyro - gyro_bias - g_sensitivity @ force)``. The matrices are the
-/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. Units
-/// are the arguments' units.
+/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. The output
+/// has the units of the arguments.
 ///
-/// A sample has three numbers (gyro), six (gyro and accelerometer) or seven (temperature, degC, in
-/// addition). If an axis of the gyro is missing, its three rates are NaN. If an axis of the
-/// accelerometer is missing, its three forces are NaN. The gyro is then corrected with the last
-/// known force, zero before the first force. A missing temperature is replaced by the last
-/// temperature; before the first the bias is ``gyro_bias``. One object serves one thread at a time.
+/// A sample has three numbers (gyro), six (gyro and accelerometer) or seven (gyro, accelerometer
+/// and temperature, degC). If an axis of the gyro is missing, the three rates are NaN. If an axis
+/// of the accelerometer is missing, the three forces are NaN. The gyro is then corrected with the
+/// last known force, and with zero before the first force. A missing temperature is replaced by the
+/// last temperature. Before the first temperature the bias is ``gyro_bias``. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
 /// gyro_matrix : array_like, shape (3, 3)
 ///     Matrix from the raw gyro minus its bias to the rate.
 /// gyro_bias : array_like, shape (3,)
-///     Bias of the gyro without a known temperature, raw unit.
+///     Bias of the gyro if no temperature is known, in the raw unit.
 /// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
 ///     Matrix and bias of the accelerometer; by default its samples are unchanged.
 /// g_sensitivity : array_like, shape (3, 3), optional
-///     Response of the gyro to a force, raw unit of the gyro per unit of the corrected force; by
-///     default none.
+///     Response of the gyro to a force, in the gyro's raw unit per unit of the corrected force;
+///     zero by default.
 /// temperature : dict, optional
 ///     Bias of the gyro over temperature. ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1,
-///     … of each axis in ``sum(c_k * ((T - reference) / 10)**k)``. ``"reference"`` is the
-///     temperature T of c_0. ``"range"`` gives the lowest and highest temperature of the data.
-///     Outside this range the curve continues along its tangent for the length of the range, then
-///     stays constant.
+///     … of each axis in ``sum(c_k * ((T - reference) / 10)**k)``. At the temperature
+///     ``"reference"`` the bias is c_0. ``"range"`` gives the lowest and highest temperature of the
+///     data. Outside this range the curve continues along its tangent for the length of the range,
+///     then stays constant.
 /// inputs : {3, 6, 7}, optional
-///     Numbers in a sample; by default as many as the other arguments need. With 7 inputs and
-///     without ``temperature``, the seventh number is not used.
+///     Number of values in a sample; by default as many as the other arguments need. With 7 inputs
+///     and without ``temperature``, the seventh number is not used.
 /// channels : int, optional
 ///     Number of sensors with this correction; ``None`` is a single sensor without a channel axis.
 ///
 /// Raises
 /// ------
+/// ValueError
 ///     A shape is wrong, a number is not finite or beyond 1e50, or ``inputs`` is too small for an
 ///     argument.
-///     not use an argument.
 ///
 /// Examples
 /// --------
@@ -96,13 +97,15 @@ pub struct ImuCorrector {
 
 streaming!(
     ImuCorrector,
-    update: "Process one sample and return the corrected one: (3,) to the rate (3,), (6,) and (7,)
-    to rate
-    and force, (3,) each; with channels all have a first axis (k,).",
-    process: "What ``update`` returns for each sample of a batch: (n, 3) to (n, 3), (n, 6) and (n,
-    7) to
-    two arrays (n, 3), with channels (n, k, 3) and so on; the interpreter lock is released. ``out``
-    is for 3 inputs.",
+    update: "Process one sample and return the corrected rate, or rate and force.
+
+    A sample (3,) gives the rate, (3,). A sample (6,) or (7,) gives rate and force, each (3,). With
+    k channels all arrays have a first axis of length k.",
+    process: "Process each sample of a batch and return the corrected rates, or rates and forces.
+
+    Samples (n, 3) give the rates, (n, 3). Samples (n, 6) or (n, 7) give rates and forces, each
+    (n, 3). With k channels all arrays have a second axis of length k. ``out`` is only for 3
+    inputs. The interpreter lock is released.",
     out
 );
 
@@ -178,19 +181,19 @@ impl ImuCorrector {
         Ok(call("ImuCorrector", &arguments, this.shared.channels))
     }
 
-    /// Matrix from the raw gyro minus its bias to the rate: (3, 3).
+    /// Matrix from the raw gyro minus its bias to the rate, shape (3, 3).
     #[getter]
     fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.gyro_matrix)
     }
 
-    /// Matrix from the raw accelerometer minus its bias to the force: (3, 3).
+    /// Matrix from the raw accelerometer minus its bias to the force, shape (3, 3).
     #[getter]
     fn accel_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.accel_matrix)
     }
 
-    /// Response of the raw gyro to a force: (3, 3).
+    /// Response of the raw gyro to a force, shape (3, 3).
     #[getter]
     fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.g_sensitivity)
@@ -198,9 +201,9 @@ impl ImuCorrector {
 }
 
 getters! { ImuCorrector, slf, py, this;
-    /// Bias of the raw gyro without a known temperature: (3,).
+    /// Bias of the raw gyro if no temperature is known, shape (3,).
     gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().gyro_bias);
-    /// Bias of the raw accelerometer: (3,).
+    /// Bias of the raw accelerometer, shape (3,).
     accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().accel_bias);
     /// Bias of the gyro over temperature, as given; None if it was not given.
     temperature: Option<Bound<'py, PyDict>> = {
@@ -212,11 +215,15 @@ getters! { ImuCorrector, slf, py, this;
         found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
         Some(found)
     };
-    /// Present bias of the raw gyro: (3,), with channels (k, 3).
+    /// Present bias of the raw gyro.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
-    /// Last known force, zero before the first force: (3,), with channels (k, 3).
+    /// Last known force; zero before the first force.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
     force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;
-    /// Numbers in a sample: 3, 6 or 7.
+    /// Number of values in a sample: 3, 6 or 7.
     inputs: usize = this.shared.bank.width();
 }
 

@@ -43,7 +43,7 @@ type Array<'py> = Bound<'py, PyAny>;
 /// Raises
 /// ------
 /// ValueError
-///     An array has another shape, or a rotation is not within the samples.
+///     An array has a wrong shape, or a rotation is not within the samples.
 #[pyfunction]
 pub fn propagate_turns<'py>(
     py: Python<'py>,
@@ -113,7 +113,7 @@ fn element(turn: &Turn, a: usize, b: usize, c: usize) -> f64 {
 /// Raises
 /// ------
 /// ValueError
-///     The method is unknown, or an array has another shape.
+///     The method is unknown, or an array has a wrong shape.
 #[pyfunction]
 pub fn integrate_rates<'py>(
     py: Python<'py>,

@@ -12,27 +12,28 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 
 /// Bias of a gyro and its change with temperature, learned live at rest.
 ///
-/// `update` returns the bias at the current temperature. A `RestDetector` finds rest, in ticks of a
-/// quarter of a second. At rest the bias is learned; in motion it follows the temperature only.
-/// Kalman filters have the states bias and slope, and ``H = [1, T - reference]``. They differ in
-/// the random walk of the bias and are weighted by their likelihoods. There is nothing to tune.
+/// `update` returns the bias at the current temperature. A `RestDetector` detects rest, in ticks of
+/// a quarter of a second. At rest the bias is learned; in motion it follows only the temperature.
+/// Several Kalman filters have the states bias and slope, and ``H = [1, T - reference]``. They
+/// differ in the random walk of the bias. Their likelihoods are their weights, and no parameter
+/// needs tuning.
 ///
-/// If a thermometer has a resolution of whole degrees, it is averaged over the ticks between two of
-/// its steps. A rate or temperature that is not finite is missing. Without a rate the bias is held;
-/// without a temperature the last one is used. Before the first rest the bias is zero. One object
-/// serves one thread at a time.
+/// A temperature in whole degrees is averaged over the ticks between two changes of its value. A
+/// rate or temperature that is not finite is missing. If the rate is missing, the bias is held. If
+/// the temperature is missing, the last temperature is used. Before the first rest the bias is
+/// zero. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second.
 /// reference : float, default 25.0
-///     Temperature of the bias state, degC; without effect once the slope is known.
+///     Temperature of the bias state, degC. It has no effect once the slope is known.
 /// slope : float, optional
 ///     Prior of the slope, the gyro's unit per kelvin. The default is zero, with a standard
 ///     deviation of one sample's noise per kelvin.
 /// slope_sigma : float, optional
-///     Standard deviation of ``slope``; by default a stated slope is exact.
+///     Standard deviation of ``slope``; the default for a stated slope is 0.
 /// walk : float, optional
 ///     Random walk of the bias, the gyro's unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
@@ -94,7 +95,8 @@ impl TemperatureFilter {
 
     /// Process one sample and its temperature, degC or None, and return the bias.
     ///
-    /// Floats give a float. With channels, (k,) and one temperature or (k,) give (k,).
+    /// The sample is a float, and the bias a float. With k channels, samples and biases are (k,);
+    /// the temperature is one number or (k,).
     #[pyo3(signature = (z, temperature=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -118,10 +120,11 @@ impl TemperatureFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Process each sample of a batch and return the biases: (n,) and (n,) to (n,).
+    /// Process each sample of a batch and return the biases.
     ///
-    /// With channels the samples and biases are (n, k). The temperatures are (n,), the same for all
-    /// channels, or (n, k). The interpreter lock is released.
+    /// Samples, temperatures and biases are (n,). With k channels, samples and biases are (n, k).
+    /// The temperatures are then (n, k), or (n,) for all channels. The interpreter lock is
+    /// released.
     #[pyo3(signature = (z, temperature, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -162,19 +165,27 @@ impl TemperatureFilter {
 }
 
 getters! { TemperatureFilter, slf, py, this;
-    /// Bias at the last temperature, zero before the first rest: float, with channels (k,).
-    bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of the mean bias over the next 10 s: float, with channels (k,).
+    /// Bias at the last temperature; zero before the first rest.
     ///
-    /// It is valid at the last temperature. Before the first rest it is the largest sample to date.
-    /// While the assumed rest may be motion, it is at least as large as the bias.
+    /// A float, or an array (k,) with k channels.
+    bias: Object<'py> = this.shared.each(py, Core::bias)?;
+    /// Standard deviation of the mean bias over the next 10 s.
+    ///
+    /// It is for the last temperature. Before the first rest it is the largest sample to date.
+    /// While the assumed rest may be motion, it is at least as large as the bias. A float, or an
+    /// array (k,) with k channels.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
-    /// Change of the bias per kelvin: float, with channels (k,).
+    /// Change of the bias per kelvin.
+    ///
+    /// A float, or an array (k,) with k channels.
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
-    /// Standard deviation of ``slope``, zero before it is known: float, with channels
-    /// (k,).
+    /// Standard deviation of ``slope``; zero before the slope is known.
+    ///
+    /// A float, or an array (k,) with k channels.
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
-    /// True if the gyro rests and the bias is being learned: bool, with channels (k,).
+    /// True if the gyro rests and the bias is being learned.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

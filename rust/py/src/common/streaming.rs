@@ -601,7 +601,7 @@ macro_rules! streaming {
 
         #[pymethods]
         impl $class {
-            /// Number of signals, None for a single signal.
+            /// Number of channels; None for a single signal without a channel axis.
             #[getter]
             fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
                 Ok($crate::common::streaming::reading(slf)?.shared.channels)
@@ -645,7 +645,7 @@ macro_rules! streaming {
 
             /// Return the object saved by ``to_bytes``; it continues with identical results.
             ///
-            /// ValueError if the bytes do not hold such an object.
+            /// A ValueError is raised if the bytes do not hold an object of this class.
             #[staticmethod]
             fn from_bytes(b: &[u8]) -> PyResult<Self> {
                 Ok(Self::restored(b).map_err($crate::common::errors::NativeError::from)?)

@@ -31,13 +31,13 @@ use crate::common::work::in_pieces;
 /// changing bias and does not smooth: the noise of the samples stays.
 ///
 /// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are the methods of Fu &
-/// Han 2019 (equations 8 to 31), ``"robust"`` is the method of Wu & Ran 2021. With their default,
-/// ``motion="ignore"``, they treat every sample as rest. Motion then enters their estimate and is
-/// missing from the compensated rate. Their ``process_noise`` must suit the sensor.
+/// Han 2019 (equations 8 to 31), ``"robust"`` is the method of Wu & Ran 2021. By default they treat
+/// every sample as rest (``motion="ignore"``). Motion then enters their estimate and is missing
+/// from the compensated rate. Their ``process_noise`` must suit the sensor.
 ///
-/// Samples and results have the same unit, which may be any. In the first second the bias is the
-/// mean to date: keep the sensor still. Without ``rest_limit`` a motion at the very start can be
-/// mistaken for rest, and its rate for bias. While this is possible, ``status`` is
+/// Samples may have any unit. Results have the unit of the samples. In the first second the bias is
+/// the mean to date: keep the sensor still. Without ``rest_limit`` a motion at the very start can
+/// be mistaken for rest, and its rate for bias. While this is possible, ``status`` is
 /// ``"provisional"``. A sample that is not finite (or ``update(None)``) is missing. One filter
 /// serves one thread at a time.
 ///
@@ -48,7 +48,7 @@ use crate::common::work::in_pieces;
 /// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
 ///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model. ``"akf"`` also adapts
 ///     the measurement noise R, with equal weights. ``"fading"`` adapts R with fading memory, and
-///     the process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
+///     adapts the process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
 /// channels : int, optional
 ///     Number k of parallel axes; None is a single axis without a channel axis. With channels,
 ///     ``update`` takes k samples, and each property has k values.
@@ -57,64 +57,67 @@ use crate::common::work::in_pieces;
 ///     without delay, and NaN for a missing sample. ``"estimate"`` is the estimate of the bias
 ///     itself.
 /// motion : {"hold", "ignore"}, optional
-///     ``"hold"`` learns only at rest, as detected by a ``RestDetector``. It undoes the learning of
-///     the last half second before a motion, for ``"auto"`` of up to two seconds. ``"ignore"``
-///     treats every sample as rest. The default is ``"hold"`` for ``"auto"`` and ``"ignore"`` for
-///     the other methods.
+///     ``"hold"`` learns only at rest, as detected by a ``RestDetector``. When a motion begins, it
+///     undoes the learning of the last half second, with ``"auto"`` of up to two seconds.
+///     ``"ignore"`` treats every sample as rest. The default is ``"hold"`` for ``"auto"`` and
+///     ``"ignore"`` for the other methods.
 /// limit : float, optional
 ///     End of the sensor's range, in the samples' unit. A sample of this size or more is saturated
 ///     and counts as missing.
 /// rest_limit : float, optional
-///     Only ``"auto"``: largest scatter at rest within a quarter second, in the samples' unit; 10
-///     deg/s suits MEMS gyros. With a limit a record may begin in motion. Without it, a motion from
-///     the first sample on can count as rest, and its rate as bias.
+///     Only ``"auto"``: largest standard deviation of the samples within a quarter second at rest,
+///     in their unit. 10 deg/s suits MEMS gyros. With a limit, a record may begin in motion.
+///     Without a limit, a motion from the first sample on can count as rest, and its rate as bias.
 ///
 /// Other Parameters
 /// ----------------
 /// bias_limit : float, optional
 ///     Only ``"auto"``: largest level that can be a bias, in the samples' unit; 20 deg/s suits MEMS
 ///     gyros. Below this limit, a constant rotation can look like rest.
-/// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
-///     All but ``"auto"``: orders p, from 1 to 3, and q, from 0 to 3, of the drift's ARMA model;
-///     (p, 0) is AR(p).
+/// order : (int, int), default (2, 1), for ``"robust"`` (1, 0)
+///     All but ``"auto"``: orders p (1 to 3) and q (0 to 3) of the drift's ARMA model; (p, 0) is
+///     AR(p).
 /// process_noise : float, default 0.1
-///     All but ``"auto"``: process noise G and initial covariance P, as shares of the start-up's
-///     variance. A small value (1e-6) smooths and lags, a large value (1) follows the signal.
+///     All but ``"auto"``: process noise G and initial covariance P, as shares of the samples'
+///     variance in the start-up. A small value (1e-6) smooths and lags, a large value (1) follows
+///     the signal.
 /// fading : float, default 0.97
 ///     Only ``"fading"``: fading factor b of R in (0, 1]. A small factor follows changes of the
 ///     noise quickly, a large factor averages. Fu & Han use 0.95 to 0.99 for an MTi-100 and 0.90 to
 ///     0.95 for a 3DM-GX4-25.
 /// process_noise_memory : float, default 0.0
-///     Only ``"fading"``: weight of the initial process noise, in samples. A large weight keeps it
-///     longer.
+///     Only ``"fading"``: weight of the initial process noise, in samples. A large weight keeps the
+///     initial process noise longer.
 /// noise : {"allan", "hadamard"}, default "allan"
-///     All but ``"auto"``: variance from which R is computed; ``"hadamard"`` ignores a constant
-///     angular acceleration.
+///     All but ``"auto"``: kind of variance from which R is computed. A constant angular
+///     acceleration does not change ``"hadamard"``.
 /// outliers : {"keep", "reject"}, default "keep"
 ///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` leaves out samples more than four
-///     standard deviations from the level of the last quarter seconds. ``"auto"`` always does this.
-///     If there are many such samples, or many in a row, the sensor moves and they are kept.
+///     standard deviations from the level of the last ticks (quarter seconds). ``"auto"`` always
+///     does this. If there are many such samples, or many in a row, they count as motion and are
+///     kept.
 /// adapt_for : float or None, default 120.0
-///     All but ``"auto"``: seconds after the start-up during which the model is learned; None has
-///     no end.
+///     All but ``"auto"``: time after the start-up in which the model is learned, s. With None,
+///     learning never ends.
 /// forgetting_factor : float, default 1.0
-///     All but ``"auto"``: λ of the model's least squares in (0, 1]. A small λ forgets old samples
-///     quickly, 1 never forgets.
+///     All but ``"auto"``: forgetting factor λ of the model's least squares, in (0, 1]. A small λ
+///     forgets old samples quickly, 1 never forgets.
 /// zones : (float, float) or "published", default (4.0, 0.75)
 ///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa standard deviations of the
-///     accepted innovations is an outlier. A run of outliers with one sign is a step: 0.03 s, at
-///     least three samples. An innovation beyond beta times kappa is bounded. A large kappa accepts
-///     outliers, a small kappa leaves out good samples. ``"published"`` compares an innovation with
-///     a variance, as in the paper. The result then depends on the samples' unit, and a run of
-///     outliers has no end.
+///     accepted innovations is an outlier. Outliers with one sign for 0.03 s, at least three
+///     samples, are accepted as a step. An innovation beyond beta times kappa standard deviations
+///     is reduced to this bound. A large kappa accepts outliers, a small kappa leaves out good
+///     samples. ``"published"`` compares an innovation with a variance, as in the paper. The result
+///     then depends on the samples' unit, and a run of outliers never ends.
 /// damping : float, default 0.0
 ///     Only ``"robust"``: share of the gain that is applied to an outlier, from 0 to 1.
 /// correction : float, default 0.0
-///     Only ``"robust"``: share of an innovation between the zones that corrects the prediction,
-///     from 0 to 1. With 0 such an innovation is bounded instead, which is better.
+///     Only ``"robust"``: share of an innovation that corrects the prediction, from 0 to 1. It
+///     applies to innovations between beta times kappa and kappa. With 0, the better choice, these
+///     innovations are reduced to the bound.
 /// startup : float, default 1.0
-///     All methods, rarely needed: time in which offset, scale and first noise are learned, s. It
-///     lasts at least ten samples, and until two samples differ.
+///     All methods, rarely needed: duration of the start-up, in which offset, scale and first noise
+///     are learned, s. It lasts at least ten samples, and until two samples differ.
 /// scale : float, optional
 ///     All methods, rarely needed: standard deviation of the noise in the samples' unit; by default
 ///     it is learned.
@@ -143,33 +146,33 @@ pub struct DriftFilter {
 
 streaming!(
     DriftFilter,
-    update: "Process one sample and return the output, by default the compensated rate: float to
-    float, with channels (k,) to (k,), in the unit of the sample.
+    update: "Process one sample and return the output, by default the compensated rate.
 
-    None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` states that the
-    body moves, as a ``MotionDetector`` finds from an accelerometer: the rate is then no bias,
-    however steady.",
+    The sample is a float, or an array (k,) with k channels. The output has the shape and unit of
+    the sample. None or NaN is a missing sample: the output is NaN, or the estimate. ``moving``
+    states that the body moves, as a ``MotionDetector`` detects from an accelerometer. A constant
+    rate is then no bias.",
     process: "Filter a batch, with results identical to ``update`` sample by sample.
 
     Parameters
     ----------
-    z : array_like, shape (n,), with channels (n, k)
-        Samples; those not finite are missing. A float64 array in C order is not copied: do not
-        write to it from another thread meanwhile.
+    z : array_like, shape (n,), or (n, k) with k channels
+        Samples; a sample that is not finite is missing. A float64 array in C order is not copied:
+        no thread may write to it during the call.
     out : ndarray, optional
         A float64 array of the same shape for the result; may be ``z`` itself.
     threads : int, optional
-        Largest number of threads for several channels, as far as these do not share a vector
-        register and threads pay. Results do not depend on it.
+        Largest number of threads for several channels. Fewer threads are used if more are not
+        faster. Results do not depend on it.
     moving : array_like of bool, shape (n,), optional
-        True where the body moves, as a ``MotionDetector`` finds from an accelerometer; a single
-        thread is then used. Only with a filter that holds in motion.
+        True where the body moves, as a ``MotionDetector`` detects from an accelerometer. A single
+        thread is then used. Only for a filter with ``motion='hold'``.
 
     Returns
     -------
     ndarray, float64, shape of ``z``
-        The output, by default the compensated rate, in the unit of ``z``.
-        The interpreter lock is released meanwhile.",
+        The output, by default the compensated rate, in the unit of ``z``. The interpreter lock is
+        released during the call.",
     moving
 );
 
@@ -189,17 +192,17 @@ impl DriftFilter {
 
     /// Return a filter with a known model of the signal, ready at its first sample.
     ///
-    /// ``ArmaModel.to_filter`` creates such filters from a record. R and the weight of Sage-Husa
-    /// are the same as after ``startup`` seconds; ``process_noise`` and ``scale`` are not used. The
-    /// method must be stated: ``"auto"`` learns its own start.
+    /// ``ArmaModel.to_filter`` creates such filters from a record. R and the weight of Sage-Husa's
+    /// update are the same as after ``startup`` seconds. ``process_noise`` and ``scale`` are not
+    /// used. The method must be stated. It cannot be ``"auto"``, which learns its own start.
     ///
     /// Parameters
     /// ----------
     /// start : dict
-    ///     Initial values; with channels every array has a first axis (k,). ``offset`` and
+    ///     Initial values. With k channels every array has a first axis of length k. ``offset`` and
     ///     ``scale`` are the mean and standard deviation of the signal. ``coefficients`` are [φ…,
     ///     θ…, c], (p + q + 1,). ``covariance`` is the covariance of [φ…, θ…, c / scale] for
-    ///     centred and scaled samples, over the noise variance, (p + q + 1, p + q + 1).
+    ///     centred and scaled samples, divided by the noise variance, (p + q + 1, p + q + 1).
     ///     ``measurement_noise`` is the variance R, and ``process_noise`` the variance G₀₀.
     ///     ``state_covariance`` is P before the first sample, (p + 1, p + 1).
     /// **params
@@ -209,7 +212,7 @@ impl DriftFilter {
     /// Raises
     /// ------
     /// ValueError
-    ///     A parameter or a part of the start is missing, out of range, or has another shape.
+    ///     A parameter or a part of the start is missing, out of range, or has a wrong shape.
     /// TypeError
     ///     A part of the start does not hold numbers.
     #[staticmethod]
@@ -223,10 +226,11 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared })
     }
 
-    /// Process a replay: one row per axis, (k, n), to the drift.
+    /// Process a replay with one row per axis, (k, n), and write the drift to ``out``.
     ///
-    /// On request it also returns the trace's standard deviation, rest and stuck sensor. ``moving``
-    /// is the argument of ``process`` and needs this request. The interpreter lock is released.
+    /// ``noted`` are arrays for the standard deviation, rest and stuck sensor after each sample.
+    /// ``moving`` is the argument of ``process`` and needs ``noted``. The interpreter lock is
+    /// released.
     #[pyo3(signature = (z, out, noted=None, moving=None))]
     fn _replay(
         slf: &Bound<'_, Self>,
@@ -287,7 +291,7 @@ impl DriftFilter {
         Ok(rules::function(py, Rule::Trace)?.call((), Some(&named))?.unbind())
     }
 
-    /// Forget the bias and keep the noise: for a sensor that was switched off and on.
+    /// Forget the bias and keep the noise, for a sensor that was switched off and on.
     ///
     /// Raises
     /// ------
@@ -304,22 +308,23 @@ impl DriftFilter {
         )))
     }
 
-    /// Return the standard deviation of the mean bias over the next ``seconds``, relative to
-    /// ``bias``.
+    /// Return the standard deviation of the mean bias over the next ``seconds``.
     ///
-    /// The heading error is ``seconds`` times this value. Only with ``"auto"``.
+    /// It is relative to ``bias``: ``seconds`` times this value is the heading error after this
+    /// time. Only with ``"auto"``.
     ///
     /// Parameters
     /// ----------
     /// seconds : float
-    ///     Span from now on. 10 gives ``bias_sigma``; in motion the result is up to two seconds
-    ///     newer. 0 is the bias at this instant. It includes fast flicker of an assumed size, since
-    ///     this cannot be observed: for drift without flicker the result is up to twice too large.
+    ///     Time from now on, s. 10 gives ``bias_sigma``; in motion the result is up to two seconds
+    ///     newer. 0 gives the standard deviation of the present bias. This value includes fast
+    ///     flicker noise of an assumed size, because fast flicker cannot be observed. For a drift
+    ///     without flicker it is up to twice the true value.
     ///
     /// Returns
     /// -------
-    /// float, with channels ndarray, shape (k,)
-    ///     Standard deviation in the unit of the samples.
+    /// float, or ndarray of shape (k,) with k channels
+    ///     Standard deviation in the samples' unit.
     ///
     /// Raises
     /// ------
@@ -344,15 +349,17 @@ impl DriftFilter {
         options::call(slf.py(), &this.options, this.shared.channels, started)
     }
 
-    /// Status of the filter, with channels a list of k.
+    /// Status of the filter: a str, or a list of k str with k channels.
     ///
     /// - ``"starting"``: the bias is the mean to date.
     /// - ``"at rest"``: the filter learns.
     /// - ``"provisional"``: it learns from apparent rest that may be motion.
     /// - ``"in motion"``: it holds the bias.
     /// - ``"no rest yet"``: the sensor moved before anything was learned; the bias is 0.
-    /// - ``"starting anew"``: the initial noise was wrong by orders of magnitude.
-    /// - ``"stuck"``: the sensor repeats one sample for longer than chance does; the bias is held.
+    /// - ``"restarting"``: the filter starts again, since the initial noise was wrong by orders of
+    ///   magnitude.
+    /// - ``"stuck"``: the sensor repeats one sample for longer than can be chance; the bias is
+    ///   held.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -365,45 +372,55 @@ impl DriftFilter {
 }
 
 getters! { DriftFilter, slf, py, this;
-    /// Learned density of the white noise, samples' unit over root Hz: float, with channels (k,).
+    /// Learned density of the white noise, samples' unit over root Hz.
     ///
-    /// For ``"auto"`` it is the noise slower than a quarter second, for other methods it is
-    /// computed from R. NaN until it is known.
+    /// ``"auto"`` computes it from noise slower than a quarter second, other methods from R. NaN
+    /// until it is known. A float, or an array (k,) with k channels.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// Random walk of the bias per root second, in the samples' unit: float, with channels (k,).
+    /// Random walk of the bias per root second, in the samples' unit.
     ///
-    /// Learned by ``"auto"``; NaN until it is known, and for the other methods.
+    /// Learned by ``"auto"``; NaN until it is known, and for the other methods. A float, or an
+    /// array (k,) with k channels.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
-    /// Bias instability B, in the samples' unit: float, with channels (k,).
+    /// Bias instability B, in the samples' unit.
     ///
-    /// ``"auto"`` learns it, as flicker with the two-sided density B²/(2πf). Without flicker it is
-    /// an upper bound. NaN until it is known, and for the other methods.
+    /// ``"auto"`` learns it as flicker noise with the two-sided density B²/(2πf). For a drift
+    /// without flicker it is an upper bound. NaN until it is known, and for the other methods. A
+    /// float, or an array (k,) with k channels.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
-    /// Number of process-noise steps that were shortened: int, with channels (k,).
+    /// Number of samples at which the change of the process noise was limited.
     ///
-    /// They were shortened to keep the process noise positive semidefinite.
+    /// The limit keeps the process noise positive semidefinite. An int, or an array (k,) with k
+    /// channels.
     guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
-    /// Number of outlier runs that ``"robust"`` accepted as a step: int, with channels (k,).
+    /// Number of runs of outliers that ``"robust"`` accepted as a step of the signal.
+    ///
+    /// An int, or an array (k,) with k channels.
     exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// Number of times that noise and drift were learned again: int, with channels (k,).
+    /// Number of times that noise and drift were learned again.
     ///
-    /// The reason is an initial scale that was wrong by orders of magnitude.
+    /// They are learned again if the initial scale was wrong by orders of magnitude. An int, or an
+    /// array (k,) with k channels.
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
-    /// Number of samples at or beyond ``limit`` to date: int, with channels (k,).
+    /// Number of samples at or beyond ``limit`` to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Number of rejected outliers to date: int, with channels (k,).
+    /// Number of rejected outliers to date.
     ///
-    /// It is updated every quarter second, by ``"robust"`` at each sample. Zero for methods without
-    /// rejection.
+    /// It is updated every quarter second, with ``"robust"`` at each sample. It is 0 for methods
+    /// without rejection. An int, or an array (k,) with k channels.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Number of samples of a stuck sensor to date: int, with channels (k,).
+    /// Number of samples of a stuck sensor to date.
     ///
-    /// It is updated every quarter second. Zero for a published method that neither rejects
-    /// outliers nor holds in motion.
+    /// It is updated every quarter second. Published methods need ``outliers="reject"`` or
+    /// ``motion="hold"`` to count; otherwise it is 0. An int, or an array (k,) with k channels.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
-    /// True after the start-up: bool, with channels (k,).
+    /// True after the start-up.
+    ///
+    /// A bool, or an array (k,) with k channels.
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
     /// Samples per second.
     rate: f64 = this.options.params.rate;

@@ -22,57 +22,66 @@ macro_rules! readings {
 }
 
 readings! { DriftFilter;
-    /// Estimate after the last sample, in the samples' unit: float, with channels (k,).
+    /// Estimate after the last sample, in the samples' unit.
     ///
-    /// ``update`` returns it with ``output="estimate"``. For ``"auto"`` it equals ``bias``.
+    /// ``update`` returns it with ``output="estimate"``. For ``"auto"`` it equals ``bias``. A
+    /// float, or an array (k,) with k channels.
     estimate;
-    /// The last sample minus its prediction, in the samples' unit: float, with channels (k,).
+    /// The last sample minus its prediction, in the samples' unit.
     ///
-    /// Zero if the sample was missing.
+    /// Zero if the sample was missing. A float, or an array (k,) with k channels.
     innovation;
-    /// Predicted variance of the innovation, samples' unit squared: float, with channels (k,).
-    innovation_variance;
-    /// Bias subtracted in the compensated rate, in the samples' unit: float, with channels (k,).
+    /// Predicted variance of the innovation, samples' unit squared.
     ///
-    /// Learned at rest and held in motion. It is the mean to date in the first second, and 0 before
-    /// the first sample.
+    /// A float, or an array (k,) with k channels.
+    innovation_variance;
+    /// Bias that is subtracted from the samples, in their unit.
+    ///
+    /// It is learned at rest and held in motion. In the first second it is the mean to date, and 0
+    /// before the first sample. A float, or an array (k,) with k channels.
     bias;
-    /// Standard deviation in the samples' unit: float, with channels (k,).
+    /// Standard deviation of the bias, in the samples' unit.
     ///
     /// For ``"auto"`` it is the standard deviation of the mean bias over the next 10 s, relative to
-    /// ``bias``. ``bias_sigma_over`` gives other spans. It is updated every two seconds, and as
-    /// large as the samples while little is known. For other methods it follows from their model. 0
-    /// before the first sample.
+    /// ``bias``. ``bias_sigma_over`` gives other spans. It is updated every two seconds. While
+    /// little is known, it is as large as the samples. For other methods it follows from their
+    /// model. It is 0 before the first sample. A float, or an array (k,) with k channels.
     bias_sigma;
-    /// True while the filter learns because no motion is detected: bool, with channels (k,).
+    /// True while no motion is detected and the filter learns.
     ///
     /// Without ``rest_limit`` the start counts as rest until motion is detected (see ``status``).
-    /// With ``motion="ignore"`` it is always True.
+    /// With ``motion="ignore"`` it is always True. A bool, or an array (k,) with k channels.
     at_rest;
-    /// True if the last sample was at or beyond ``limit``: bool, with channels (k,).
+    /// True if the last sample was at or beyond ``limit``.
+    ///
+    /// A bool, or an array (k,) with k channels.
     saturated;
-    /// True if the sensor repeats one sample for longer than chance explains: bool, with channels
-    /// (k,).
+    /// True if the sensor repeats one sample for longer than can be chance.
+    ///
+    /// A bool, or an array (k,) with k channels.
     stuck;
-    /// Measurement noise variance R, samples' unit squared: float, with channels (k,).
+    /// Measurement noise variance R, samples' unit squared.
     ///
-    /// For ``"auto"`` it is the variance of a sample about the bias.
+    /// For ``"auto"`` it is the variance of the samples about the bias. A float, or an array (k,)
+    /// with k channels.
     measurement_noise;
-    /// Kalman gain: (p + 1,), with channels (k, p + 1).
+    /// Kalman gain.
     ///
-    /// p is 0 for ``"auto"``: its state is the bias alone.
+    /// p is 0 for ``"auto"``: its state is the bias alone. An array (p + 1,), or (k, p + 1) with k
+    /// channels.
     gain;
     /// Process noise covariance G of a sample, in the samples' unit squared.
     ///
-    /// The shape is (p + 1, p + 1), with channels (k, p + 1, p + 1). For ``"auto"`` it is (1, 1):
-    /// the variance of the bias's random step between samples.
+    /// The shape is (p + 1, p + 1); k channels add a first axis of length k. For ``"auto"`` the
+    /// shape is (1, 1): the variance of the bias's random step between samples.
     process_noise;
-    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1).
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit.
     ///
-    /// For ``"auto"``, which has no ARMA model, it is [1].
+    /// For ``"auto"``, which has no ARMA model, it is [1]. An array (p + q + 1,), or (k, p + q + 1)
+    /// with k channels.
     coefficients;
-    /// State covariance P, samples' unit squared: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    /// State covariance P, samples' unit squared.
     ///
-    /// For ``"auto"`` it is (1, 1).
+    /// For ``"auto"`` it is (1, 1). An array (p + 1, p + 1), or (k, p + 1, p + 1) with k channels.
     covariance;
 }

@@ -13,30 +13,32 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 
 /// Live position of a sensor on a foot, from the foot's stances and without a receiver.
 ///
-/// This is the live form of `FootNavigation`, with the same filter. Stances are minima of the same
-/// speed bound within the last 1.5 s. Outputs belong to the sample ``delay`` seconds ago, because
-/// the bound needs samples on both sides. The delay is about 0.05 s, or 0.1 s with ``gyro_range``.
-/// The frame begins at the start: x is level along the sensor's first axis, y points left, z up.
+/// This is the live form of `FootNavigation`, with the same filter. A stance is a minimum of the
+/// same speed bound within the last 1.5 s. Outputs belong to the sample ``delay`` seconds ago,
+/// because the bound needs samples on both sides. The delay is about 0.05 s, or 0.1 s with
+/// ``gyro_range``. The frame begins at the start: x is the horizontal direction of the sensor's
+/// first axis, y points left, z up.
 ///
-/// The filter starts at rest, and starts again with each better rest. Without a rest it starts in
-/// the deepest minimum of the bound within 1.5 s. It has no output before a rest has lasted half a
-/// second or this minimum has ended.
+/// The filter starts at a rest, and starts again at each rest with less motion. If there is no
+/// rest, it starts in the lowest minimum of the bound within 1.5 s. It has no output until a rest
+/// has lasted half a second, or this minimum has ended.
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing. The last sample replaces
 /// it for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
-/// samples are the clock. If too many samples are missing, the filter restarts, and ``position`` is
-/// NaN until it has started again. One object serves one thread at a time.
+/// the filter computes the time from the number of samples. If too many samples are missing, the
+/// filter restarts, and ``position`` is NaN until it has started again. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples per second, 48 to 1200.
 /// floor : {None, "level"}
-///     "level": a stance within 0.1 m of the previous height gets that height.
+///     "level": a stance within 0.1 m of the previous stance's height gets this height.
 /// gyro_range : float, optional
 ///     Range of the gyro by its data sheet, rad/s; by default it is estimated from clipped peaks to
-///     date. Clipped rates are restored from their flanks, if these arrive within ``delay``, with a
-///     larger standard deviation.
+///     date. Clipped rates are restored from the samples before and after them, if these arrive
+///     within ``delay``. Restored rates have a larger standard deviation.
 /// channels : int, optional
 ///     Number of feet; ``None`` is a single foot without a channel axis.
 ///
@@ -89,7 +91,7 @@ impl FootFilter {
 
     /// Process rates, rad/s, and forces, m/s^2, and return the position ``delay`` seconds ago, m.
     ///
-    /// Each array is (3,), with channels (k, 3). The position is NaN if it is unknown.
+    /// Each array is (3,), or (k, 3) with k channels. The position is NaN if it is unknown.
     fn update<'py>(
         slf: &Bound<'py, Self>,
         gyro: &Bound<'py, PyAny>,
@@ -108,9 +110,9 @@ impl FootFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// Process each sample of a batch and return the positions: (n, 3) and (n, 3) to (n, 3).
+    /// Process each sample of a batch and return the positions.
     ///
-    /// With channels all arrays are (n, k, 3). The interpreter lock is released.
+    /// Each array is (n, 3), or (n, k, 3) with k channels. The interpreter lock is released.
     #[pyo3(signature = (gyro, accel, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -163,41 +165,64 @@ impl FootFilter {
 }
 
 getters! { FootFilter, slf, py, this;
-    /// Position relative to the start, m: ahead, left and up; NaN if it is unknown: (3,).
-    position: Object<'py> = this.vectors(py, Core::position)?;
-    /// Velocity, m/s: ahead, left and up: (3,).
-    velocity: Object<'py> = this.vectors(py, Core::velocity)?;
-    /// Quaternion w, x, y, z from the sensor's axes to ahead, left, up: (4,).
-    quaternion: Object<'py> = this.vectors(py, Core::quaternion)?;
-    /// Bias of the gyro, rad/s: (3,).
-    gyro_bias: Object<'py> = this.vectors(py, Core::gyro_bias)?;
-    /// Bias of the accelerometer, m/s^2: (3,).
-    accel_bias: Object<'py> = this.vectors(py, Core::accel_bias)?;
-    /// Standard deviations of position, velocity, orientation and biases, as in `FootTrack`: (15,).
+    /// Position relative to the start, m, ahead, left and up.
     ///
-    /// NaN if they are unknown.
+    /// NaN if it is unknown. An array (3,), or (k, 3) with k channels.
+    position: Object<'py> = this.vectors(py, Core::position)?;
+    /// Velocity ahead, left and up, m/s.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
+    velocity: Object<'py> = this.vectors(py, Core::velocity)?;
+    /// Quaternion w, x, y, z from the sensor's axes to ahead, left, up.
+    ///
+    /// An array (4,), or (k, 4) with k channels.
+    quaternion: Object<'py> = this.vectors(py, Core::quaternion)?;
+    /// Bias of the gyro, rad/s.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
+    gyro_bias: Object<'py> = this.vectors(py, Core::gyro_bias)?;
+    /// Bias of the accelerometer, m/s^2.
+    ///
+    /// An array (3,), or (k, 3) with k channels.
+    accel_bias: Object<'py> = this.vectors(py, Core::accel_bias)?;
+    /// Standard deviations of position, velocity, orientation and biases, as in `FootTrack`.
+    ///
+    /// NaN if they are unknown. An array (15,), or (k, 15) with k channels.
     sigma: Object<'py> = this.vectors(py, Core::sigma)?;
-    /// True if the foot stands at the last step of the covariance; steps are 0.02 s apart: bool.
+    /// True if the foot stood at the last step of the covariance; a step is 0.02 s.
+    ///
+    /// A bool, or an array (k,) with k channels.
     standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
-    /// True if the foot has stood for half a second and the gyro's bias is learned: bool.
+    /// True if the foot has stood for half a second and the gyro's bias is learned.
+    ///
+    /// A bool, or an array (k,) with k channels.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
-    /// Speed bound with the stances as minima, m/s; NaN before it is known.
+    /// Speed bound, m/s; NaN before it is known.
+    ///
+    /// Its minima are the stances. A float, or an array (k,) with k channels.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
     /// Number of stances to date.
+    ///
+    /// An int, or an array (k,) with k channels.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
     /// Largest rate about an axis to date, rad/s.
     ///
-    /// Below 1.75 (100 deg/s) the sensor is not on a walking foot. A smoothly driving machine
-    /// counts as standing, and its track is missed.
+    /// Below 1.75 (100 deg/s) the sensor is not on a walking foot. If it is on a smoothly driving
+    /// machine, the motion counts as standing, and the position is wrong. A float, or an array (k,)
+    /// with k channels.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
-    /// Number of rejected zero velocities since the start.
-    rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
-    /// Share of the last six swings' time that looks like a foot's motion, 0 to 1.
+    /// Number of zero-velocity measurements that were rejected since the start.
     ///
-    /// NaN before six swings. Below 0.5 the sensor is not on a foot but on a wrist, in a hand or in
-    /// a pocket.
+    /// An int, or an array (k,) with k channels.
+    rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
+    /// Share of the last six swings' time in which the motion looks like a foot's, 0 to 1.
+    ///
+    /// NaN before six swings. Below 0.5 the sensor is on a wrist, in a hand or in a pocket, not on
+    /// a foot. A float, or an array (k,) with k channels.
     foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
-    /// Number of restarts in place after a wrong level; the heading is then almost unknown.
+    /// Number of restarts at the present position because the tilt was wrong.
+    ///
+    /// After a restart the heading is almost unknown. An int, or an array (k,) with k channels.
     relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

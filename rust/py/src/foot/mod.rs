@@ -36,8 +36,9 @@ const PIECE: usize = 1 << 17;
 /// Returns
 /// -------
 /// tuple
-///     The rates, (n, 3). For each clipped side: axis, sign, limit, rad/s, and number of restored
-///     samples. The error of each restored rate, as density of a white noise, rad^2/s, (n,).
+///     First the rates, (n, 3). Then for each clipped side of an axis: axis, sign, limit, rad/s,
+///     and number of restored samples. Then the error of each restored rate, as density of a white
+///     noise, rad^2/s, (n,).
 ///
 /// Raises
 /// ------
@@ -89,8 +90,8 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
 /// Returns
 /// -------
 /// tuple
-///     Arrays by name, and the record or None. They hold the state after each sample, in metres
-///     ahead, right and down of the start, and:
+///     A dict of arrays, and the record or None. The arrays are the state after each sample, in
+///     metres ahead, right and down of the start, and:
 ///
 ///     - ``bound``, (n,), m/s.
 ///     - ``stances``, (s, 3): first sample, end (exclusive) and lowest sample.
@@ -108,8 +109,8 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
 ///
 /// Raises
 /// ------
+/// ValueError
 ///     Shapes do not fit, times do not increase, or the record is shorter than a second.
-///     Shapes do not fit, times do not increase, or there is less than a second.
 #[pyfunction]
 pub fn foot_track<'py>(
     time: &Bound<'py, PyAny>,

@@ -31,13 +31,18 @@ macro_rules! aided {
             /// Process a barometric height and return "used", "rejected" or "refused".
             ///
             /// Arguments are the time, s, the height, m, and its standard deviation, m, by default
-            /// ``barometer_sigma``. The height has any reference, which is estimated
+            /// ``barometer_sigma``. The height may have any reference. The filter estimates it
             /// (``height_reference``). A reading that disagrees with the filter is rejected. After
             /// a disturbance, readings are rejected until they agree for a second. If they disagree
-            /// by a constant amount for three seconds, the reference has changed. A reading is
-            /// refused if it is over a second old, or a tenth of a second ahead of the sensors. It
-            /// is also refused if it is missing, or not later than the previous reading. ValueError
-            /// if ``sigma`` is not positive.
+            /// by a constant amount for three seconds, the filter learns a new reference. A reading
+            /// is refused in four cases:
+            ///
+            /// - It is more than a second older than the last sample.
+            /// - It is more than a tenth of a second newer than the last sample.
+            /// - It is not later than the previous reading.
+            /// - It is missing.
+            ///
+            /// A ValueError is raised if ``sigma`` is not positive.
             #[pyo3(signature = (t, height, sigma=None))]
             fn update_height(
                 slf: &Bound<'_, Self>,
@@ -48,11 +53,12 @@ macro_rules! aided {
                 take_aid!(slf, t, Reading::Height(height.unwrap_or(f64::NAN)), one_sigma(sigma))
             }
 
-            /// Process a pressure, Pa, as a height of the standard atmosphere, as ``update_height``
-            /// does.
+            /// Convert a pressure, Pa, to a height of the standard atmosphere, and process this
+            /// height.
             ///
-            /// Its standard deviation is in Pa. A pressure below 5474.89 or above 115000 Pa is
-            /// refused; this refuses values in hPa or kPa.
+            /// The height is processed as by ``update_height``. The standard deviation is in Pa. A
+            /// pressure below 5474.89 Pa or above 115000 Pa is refused; this refuses values in hPa
+            /// or kPa.
             #[pyo3(signature = (t, pressure, sigma=None))]
             fn update_pressure(
                 slf: &Bound<'_, Self>,
@@ -66,14 +72,14 @@ macro_rules! aided {
             /// Process the heading of the body's forward axis from a compass.
             ///
             /// Arguments are the time, s, the heading from true north over east, rad, and its
-            /// standard deviation, rad. The constant offset of the compass is estimated
-            /// (``compass_offset``). If no heading is known before the first fix, the reading is
-            /// the heading. A reading that disagrees with the filter is rejected. After a
-            /// disturbance, readings are rejected until they agree for two seconds. If they
-            /// disagree by a constant amount for ten seconds, the offset has changed. A
-            /// bit-identical value for two seconds of motion means a frozen compass. The verdict is
-            /// returned as by ``update_height``. A heading beyond 4 pi, or of a forward axis within
-            /// 10 deg of the vertical, is refused.
+            /// standard deviation, rad. The filter estimates the constant offset of the compass
+            /// (``compass_offset``). If no heading is known before the first fix, the filter takes
+            /// the reading as heading. A reading that disagrees with the filter is rejected. After
+            /// a disturbance, readings are rejected until they agree for two seconds. If they
+            /// disagree by a constant amount for ten seconds, the filter learns a new offset. A
+            /// compass that repeats one value for two seconds of motion is frozen. The verdict is
+            /// returned as by ``update_height``. A heading beyond 4 pi is refused. A heading is
+            /// also refused if the forward axis is within 10 deg of the vertical.
             #[pyo3(signature = (t, heading, sigma=None), text_signature = "($self, t, heading, sigma=0.05)")]
             fn update_heading(
                 slf: &Bound<'_, Self>,
@@ -87,11 +93,12 @@ macro_rules! aided {
             /// Process the vector from the first to the second antenna.
             ///
             /// Arguments are the time, s; the vector north, east, down, m, (3,); the vector in body
-            /// axes, m, (3,), by default the constructor's; and its standard deviation, m, one or
-            /// three axes. The vector is rejected if its length differs from the length of
-            /// ``baseline``. It is also rejected if it disagrees with the filter, at once or on
-            /// average. After a disturbance it must agree for two seconds. The verdict is returned
-            /// as by ``update_height``. ValueError if no baseline is given.
+            /// axes, m, (3,), by default ``baseline`` of the constructor; and the standard
+            /// deviation, m, one for all axes or three. The vector is rejected if its length
+            /// differs from the length of ``baseline``. It is also rejected if this vector, or the
+            /// average of the last vectors, disagrees with the filter. After a disturbance, vectors
+            /// are rejected until they agree for two seconds. The verdict is returned as by
+            /// ``update_height``. A ValueError is raised if no baseline is given.
             #[pyo3(signature = (t, vector, baseline=None, sigma=None),
                 text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
             fn update_baseline<'py>(
@@ -117,9 +124,10 @@ macro_rules! aided {
             compass_offset: f64 = this.shared.filter().compass_offset()[0];
             /// Standard deviation of ``compass_offset``.
             compass_offset_sigma: f64 = this.shared.filter().compass_offset()[1];
-            /// Numbers of readings to date of "barometer", "compass" and "baseline", by verdict.
+            /// Number of readings to date for each aid and verdict.
             ///
-            /// Verdicts are "used", "rejected" and "refused".
+            /// Aids are "barometer", "compass" and "baseline". Verdicts are "used", "rejected" and
+            /// "refused".
             aid_count: Bound<'py, PyDict> = {
                 let counts = |report: &AidReport| {
                     let [used, rejected, refused] = report.counts;
@@ -128,26 +136,26 @@ macro_rules! aided {
                 };
                 of_aids(py, this.shared.filter(), counts)?
             };
-            /// Normalised innovation squared of the last reading of each aid; NaN before the first
-            /// reading.
+            /// Normalised innovation squared of the last reading of each aid.
             ///
-            /// It is 1 on average, for a baseline 3.
+            /// On average it is 1, for a baseline 3. It is NaN before the first reading.
             aid_nis: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.nis))?;
-            /// Standard deviation of each aid from the innovations, in m, rad and m.
+            /// Standard deviation of each aid, learned from its innovations.
             ///
-            /// NaN before ten pairs of readings.
+            /// The units are m for the barometer, rad for the compass and m for the baseline. NaN
+            /// before ten pairs of readings.
             aid_sigma: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.sigma))?;
-            /// True for each aid with readings that are rejected until they agree with the filter
+            /// True for each aid that is disturbed: its readings are rejected until they agree
             /// again.
             aid_disturbed: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.disturbed))?;
             /// True for each output with a standard deviation within its limit.
             ///
-            /// An output that was lost is usable again at 0.7 of the limit.
+            /// An output above its limit is usable again below 0.7 times the limit.
             usable: Bound<'py, PyDict> = {
                 let bits = this.shared.filter().usable();
                 named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], bits >> k & 1 == 1)))?
             };
-            /// Largest standard deviations of usable outputs.
+            /// Largest standard deviation at which each output is usable.
             limits: Bound<'py, PyDict> = {
                 let limits = this.shared.filter().params().limits;
                 named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], limits[k])))?

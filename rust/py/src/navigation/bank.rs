@@ -19,24 +19,25 @@ use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
 use crate::common::streaming::{exclusive, reading, streaming};
 
-/// Bank of four navigation filters with different sensor noise; it shows the likeliest filter.
+/// Bank of four navigation filters with different sensor noise; its outputs are from the likeliest.
 ///
-/// One filter has the stated white noise. The others have a gyro's noise three times as large, an
-/// accelerometer's noise five times as large, or both. A clone of each filter coasts: for ten
-/// seconds it uses no fixes, then a new clone replaces it. After 2, 5 and 10 s the clone's
-/// horizontal errors are compared with the fixes. The weight of a filter is the likelihood of these
-/// errors, which fades with a time constant of 300 s. Before the first comparison the filter with
-/// the stated noise is shown.
+/// One filter has the stated white noise. The other three have three times the gyro's noise, five
+/// times the accelerometer's noise, or both. A clone of each filter coasts: for ten seconds it uses
+/// no fixes, then a new clone replaces it. After 2, 5 and 10 s the clone's horizontal errors are
+/// compared with the fixes. The weight of a filter is the likelihood of these errors, which fades
+/// with a time constant of 300 s. Before the first comparison the filter with the stated noise
+/// gives the outputs.
 ///
-/// State, standard deviations and counts belong to the filter with the largest weight. The work is
-/// six times the work of one filter. A bank's track cannot be smoothed.
+/// State, standard deviations and counts belong to the filter with the largest weight. A bank takes
+/// six times as long as one filter. A bank's track cannot be smoothed.
 ///
 /// Parameters
 /// ----------
 /// start : Alignment
 ///     State before the first sample, as returned by ``zr.align``.
 /// gyro, accel, gyro_vibration, antenna, antenna_sigma, consider_antenna, vehicle, axle, wheel_sigma, speed_sigma :
-///     As in `zerorate.NavigationFilter`. State the smallest noise that the sensors may have.
+///     As in `zerorate.NavigationFilter`. For ``gyro`` and ``accel``, state the smallest noise that
+///     the sensors may have.
 /// gate, adapt, covariance_step, kind, barometer_sigma, barometer_walk, compass_sigma, compass_walk, baseline, limits :
 ///     As in `zerorate.NavigationFilter`.
 ///
@@ -75,8 +76,8 @@ aided!(NavigationBank);
 impl NavigationBank {
     /// Process a recording and the fixes of a receiver, as ``NavigationFilter.process`` does.
     ///
-    /// The result is the `Track` of the filters shown. It cannot be smoothed: ``keep`` must be
-    /// "track".
+    /// The `Track` has the outputs of the filter with the largest weight at each sample. It cannot
+    /// be smoothed: ``keep`` must be "track".
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="track",
@@ -109,9 +110,9 @@ impl NavigationBank {
         )
     }
 
-    /// Do the work of ``process`` with arrays, as ``NavigationFilter.process_arrays`` does.
+    /// Process arrays, as ``NavigationFilter.process_arrays`` does.
     ///
-    /// ``record`` must be False, and the second value returned is None.
+    /// ``record`` must be False. The second returned value is None.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are the same as in the Python method.
     #[allow(clippy::too_many_arguments)]
@@ -146,11 +147,11 @@ impl NavigationBank {
 }
 
 getters! { NavigationBank, slf, py, this;
-    /// Weights of the filters, with sum one: (4,).
+    /// Weights of the filters, with sum one, shape (4,).
     ///
-    /// In order: the stated noise, a larger gyro noise, a larger accelerometer noise, and both
-    /// larger.
+    /// The first filter has the stated noise, the second a larger gyro noise, the third a larger
+    /// accelerometer noise, the fourth both.
     weights: Object<'py> = arrays::small(py, &this.shared.bank.weights());
-    /// Factors on the white noise of gyro and accelerometer in the filter that is shown: (2,).
+    /// Factors on the white noise of gyro and accelerometer in the likeliest filter, shape (2,).
     noise_factors: Object<'py> = arrays::small(py, &this.shared.bank.noise_factors());
 }

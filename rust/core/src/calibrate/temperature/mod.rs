@@ -36,7 +36,7 @@ pub struct TemperatureParams {
     pub reference: f64,
     /// Prior of the slope before any sample, x/K.
     pub slope: Option<f64>,
-    /// Standard deviation of `slope`, x/K; without it a stated slope is exact.
+    /// Standard deviation of `slope`, x/K; the default for a stated slope is 0.
     pub slope_sigma: Option<f64>,
     /// Random walk of the bias, x/√s; `None`: it is learned.
     pub walk: Option<f64>,

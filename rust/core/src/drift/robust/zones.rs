@@ -9,9 +9,10 @@ use crate::math::{Limits, Real};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Zones {
     /// As in the paper: an innovation is compared with the variance of all innovations to date, in
-    /// the samples' unit, and with three quarters of it. A run of outliers has no end.
+    /// the samples' unit, and with three quarters of it. A run of outliers never ends.
     Published,
-    /// (κ, β): κ standard deviations of the accepted innovations, and β times this radius.
+    /// (κ, β): the outer radius is κ standard deviations of the accepted innovations, the inner
+    /// radius β times this radius.
     Deviations(f64, f64),
 }
 
@@ -29,8 +30,8 @@ pub struct RobustParams {
     pub zones: Zones,
     /// α, the share of the gain that is applied to a sample of the outer zone.
     pub damping: f64,
-    /// γ, the share of a middle-zone innovation that moves the prediction. With zero such an
-    /// innovation is bounded instead.
+    /// γ, the share of an innovation between the two radii that moves the prediction. With zero
+    /// this innovation is limited to the inner radius instead.
     pub correction: f64,
 }
 
