@@ -379,7 +379,7 @@ class TestArguments:
     @pytest.mark.parametrize(
         ("arguments", "error", "message"),
         [
-            ({"gravity": 1.0}, ValueError, r"m/s\^2, 9.7 to 9.9, got 1"),
+            ({"gravity": 1.0}, ValueError, r"from 9.7 to 9.9 m/s\^2, got 1"),
             ({"frame": "y"}, ValueError, "frame must be 'x', 'z' or 'symmetric', got 'y'"),
             ({"prior": "none"}, ValueError, "prior must be 'datasheet' or 'wide', got 'none'"),
             ({"g_sensitivity": "no"}, ValueError, "must be 'auto', True or False, got 'no'"),

@@ -167,9 +167,11 @@ def test_options_reach_the_filter(cli, imu, gnss, out, tmp_path):
 @pytest.mark.parametrize("seed", range(3))
 def test_the_noise_is_read_from_the_file_of_kalibr(cli, imu, gnss, out, tmp_path, seed):
     """As it was written by `to_kalibr`, or by hand, under a name of the IMU."""
-    white, walk, force, bias = np.exp(np.random.default_rng(seed).uniform(-9, -6, 4))
-    gyro = zr.NoiseModel(angle_random_walk=white, rate_random_walk=0.01 * walk)
-    accel = zr.NoiseModel(force, rate_random_walk=0.01 * bias, quantity="acceleration")
+    sizes = np.exp(np.random.default_rng(seed).uniform(-9, -6, 4)) * (1.0, 0.01, 1.0, 0.01)
+    # The file has six digits.
+    white, walk, force, bias = (float(f"{size:.5e}") for size in sizes)
+    gyro = zr.NoiseModel(angle_random_walk=white, rate_random_walk=walk)
+    accel = zr.NoiseModel(force, rate_random_walk=bias, quantity="acceleration")
     path = tmp_path / "imu.yaml"
     text = gyro.to_kalibr(accelerometer=accel, rate=200.0)
     indented = "imu0:\n" + "".join(f"  {line}\n" for line in text.splitlines())
@@ -178,7 +180,7 @@ def test_the_noise_is_read_from_the_file_of_kalibr(cli, imu, gnss, out, tmp_path
     code, _, errors = cli(imu, gnss, *noise, "-o", out / "a.npz", "--no-figure")
     assert (code, errors) == (0, "")
     track, found = expected(gyro=gyro, accel=accel), zr.read_fixes(out / "a.npz")
-    np.testing.assert_allclose(found.position, track.position[track.navigating], atol=1e-6)
+    np.testing.assert_allclose(found.position, track.position[track.navigating], rtol=0, atol=1e-9)
     path.write_text("gyroscope: 0.1\n")
     code, _, errors = cli(imu, gnss, *noise, "-o", out / "b.npz", "--no-figure")
     assert code == 1
