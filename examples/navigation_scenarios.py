@@ -245,7 +245,7 @@ SCENARIOS = {
         case, "car", heading_known=False, aids=carried
     ),
     "drone, start in motion": start_in_motion,
-    "aeroplane, thrown with 3 g": partial(
+    "model aeroplane, launched by hand with 3 g": partial(
         case, "plane", motion=launched, speed=15.0, aids=carried
     ),
     "car, urban canyon": lambda seed: canyon(seed),
