@@ -370,8 +370,8 @@ macro_rules! navigating {
             accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
             /// Standard deviations of the state, shape (15,).
             ///
-            /// They change at each step of the covariance (``covariance_step``) and at each correction
-            /// by a measurement. They are NaN before the first fix. The state is:
+            /// They change at each step of the covariance (``covariance_step``) and at each
+            /// correction by a measurement. They are NaN before the first fix. The state is:
             ///
             /// - position north, east and down, m;
             /// - velocity north, east and down, m/s;
