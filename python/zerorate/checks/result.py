@@ -50,8 +50,8 @@ class Finding:
     alternatives : tuple of str
         All remaining permutations; empty if all 48 remain.
     seen : tuple of (str or None)
-        Row in which all remaining permutations agree, for each axis: ``"-y"``. ``"±y"`` if only the
-        signs differ, None if the permutations disagree.
+        For each axis, the row of the matrix if all remaining permutations have the same row, for
+        instance ``"-y"``. ``"±y"`` if these rows differ only in sign, None if they differ in axis.
     spans : tuple of (float, float)
         Start and end of the time spans with evidence, s.
     ratio : float

@@ -114,8 +114,8 @@ class Feet(Result):
     def asymmetry(self) -> dict[str, Asymmetry]:
         """Return the `Asymmetry` of each quantity of `Strides`, by its name.
 
-        A quantity is left out if a foot has fewer than two strides with it. Definition: R. O.
-        Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics* 10(4),
+        A quantity is left out if it is known for fewer than two strides of a foot. Definition: R.
+        O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics* 10(4),
         1987.
         """
         strides_by_side = {"left": self.left.strides(), "right": self.right.strides()}

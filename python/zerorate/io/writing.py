@@ -37,8 +37,8 @@ def write_log(
 ) -> None:
     """Write a log so that `read_log` returns the same data and time, bit for bit.
 
-    Extra columns follow the channels with their own names. `read_log` reads them only if they are
-    requested by name. In an ``.npz`` they are separate arrays.
+    Extra columns keep their names and are written after the channels. In an ``.npz`` they are
+    separate arrays. `read_log` reads extra columns only if they are requested by name.
 
     Parameters
     ----------

@@ -106,8 +106,8 @@ def align(
         start.
     span : tuple of float, optional
         Start and end of the rest, s, at least one second apart. Default: the first rest of at least
-        10 s. If the recording ends during this rest, only its first half is used, but at least 10
-        s.
+        10 s. If the recording ends during this rest, only the first half of the rest is used, but
+        at least 10 s.
     heading_sigma : float
         Standard deviation of a given heading, rad.
     accel_bias_sigma : float
@@ -127,9 +127,10 @@ def align(
     Roll is ``atan2(-f_y, -f_z)`` and pitch is ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force
     f. The gyro bias is the mean rate minus the earth's rate. Without a heading only the vertical
     part of the earth's rate is known. The horizontal part is then added to the standard deviation.
-    The search ends a rest where one-second means differ from their median. The variance is not
-    used: a gentle start may be smaller than the noise of the sensor. A given span is used without a
-    check.
+    Rests are found by the variance, which misses a gentle start if the sensor is noisy. A rest
+    therefore ends where the mean over one second differs clearly from the median of these means. No
+    motion is searched in a `span` that is given; only the number of samples and the mean force are
+    checked.
 
     Examples
     --------
@@ -201,7 +202,7 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 
 
 def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
-    """Return the first long part of a rest in which one-second means are constant.
+    """Return the first long part of a rest in which the means over one second are constant.
 
     The variance finds the rests, but it misses a gentle start if the sensor is noisy.
     """
@@ -272,7 +273,7 @@ def level_attitude(force: Floats, yaw: float) -> Floats:
 
 
 def _sigma_of_mean(values: Floats, samples: Samples) -> float:
-    """Return the standard deviation of a mean of coloured noise, from one-second means."""
+    """Return the standard deviation of a mean of coloured noise, from means over one second."""
     width = max(1, round(samples.log.rate))
     count = len(values) // width
     if count < 3:

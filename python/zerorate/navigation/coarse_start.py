@@ -37,7 +37,7 @@ _MAX_GYRO_BIAS_RAD_S: Final = math.radians(10.0)
 """Largest bias expected of a gyro."""
 _MIN_REST_S: Final = 3.0
 _MAX_REST_SEARCH_S: Final = 300.0
-"""Shortest rest, s, and how long before the motion a rest is searched, s."""
+"""Shortest rest (s), and time before the motion in which a rest is searched (s)."""
 _MIN_DRIFT_M_S: Final = 0.3
 """Slowest drift of positions, m/s, that a rest must exclude if there are no velocities."""
 _GYRO_BIAS_SIGMAS_RAD_S: Final = (math.radians(0.1), math.radians(0.5))

@@ -36,7 +36,7 @@ _CLOCK_ERROR_S: Final = 0.2
 _CHORD_S: Final = 1.0
 _CHORD_WINDOW_S: Final = 10.0
 _MIN_COURSE_M: Final = 0.5
-"""Displacements for the course: time, s, window, s, and smallest displacement, m."""
+"""Displacements for the course: time (s), window (s) and smallest displacement (m)."""
 _MAX_COURSE_NOISE: Final = math.tan(math.radians(10.0))
 _COURSE_SIGMA_RAD: Final = math.radians(5.0)
 

@@ -45,7 +45,7 @@ ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
 """Standard deviations to the edge of the ellipse with 95 % of the errors in a plane."""
 _DOUBT_S: Final = 10.0
 _MIN_DOUBT_OUTAGES: Final = 3
-"""Outages that test a start in motion: length, s, and smallest number."""
+"""Outages that test a start in motion: length (s) and smallest number."""
 _TIME_TOLERANCE_S: Final = 1e-6
 """Largest difference of equal times, s; times of fixes have rounding errors."""
 _MAX_END_GAP_SHARE: Final = 0.1

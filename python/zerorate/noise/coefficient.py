@@ -21,7 +21,8 @@ class Coefficient(float):
     sigma : float
         Standard error in the same unit. Default 0, for a number that was not estimated.
     identifiable : bool
-        True if the record determines the coefficient, or the number was given (default).
+        True if the record determines the coefficient, or if the number was given and not estimated.
+        Default True.
     upper_bound : float, optional
         One-sided 95 % bound. Default: ``value + 1.645 * sigma``. It is required if the coefficient
         is not identifiable; infinity means that the coefficient is unknown.
@@ -87,7 +88,7 @@ class Coefficient(float):
 
     @property
     def identifiable(self) -> bool:
-        """True if the record determines the coefficient, or the number was given."""
+        """True if the record determines the coefficient, or if the number was given."""
         return self._identifiable
 
     @property

@@ -286,9 +286,9 @@ _configuration_export = partial(
     comment. An unknown coefficient has a comment in place of its number.""",
     faults="""\
 ValueError
-    If `doubtful` is False, and a model has a `doubt` or the record determines none of its numbers.
-    If a model has the wrong quantity or an unknown unit. If rate or inflate is not positive and
-    finite.""",
+    If `doubtful` is False and a model has a `doubt`. If `doubtful` is False and the record
+    determines none of the numbers. If a model has the wrong quantity or an unknown unit. If
+    rate or inflate is not positive and finite.""",
     options="""\
 bounds : bool
     Write the upper bound of a coefficient that the record does not determine; default True. False

@@ -57,7 +57,7 @@ def barometer(
     walk : float
         Random walk of the reference height, m/sqrt(s).
     steps : iterable of (float, float)
-        Times, s, and sizes, m, of steps in the reference height, as from a door or a window.
+        Time (s) and size (m) of each step in the reference height, as from a door or a window.
     frozen : array_like, shape (k, 2)
         Start and end of the spans in which the pressure repeats one value, s.
     seed : int
@@ -116,7 +116,7 @@ def compass_heading(
     offset : float
         Constant offset of the readings, rad.
     disturbances : iterable of (float, float, float)
-        Spans with a disturbed heading: start, s, end, s, and heading error, rad.
+        Spans with a disturbed heading: start (s), end (s), heading error (rad).
     frozen : array_like, shape (k, 2)
         Start and end of the spans in which the heading repeats one value, s.
     seed : int
@@ -175,13 +175,13 @@ def magnetometer(
     sigma : float
         Standard deviation of the white noise on each axis, uT.
     field, dip, declination : float
-        Earth's field: strength, uT; angle below the horizontal, rad; angle from true north to
-        magnetic north, rad, positive east. Default: the field at the simulator's default place in
+        Earth's field: strength (uT), angle below the horizontal (rad), angle from true north to
+        magnetic north (rad, positive east). Default: the field at the simulator's default place in
         2026.
     hard_iron : array_like, shape (3,)
         Field of the vehicle in the sensors' axes, uT.
     magnets : iterable of (float, float, array_like)
-        Spans with a magnet nearby: start, s, end, s, and field in the sensors' axes, uT.
+        Spans with a magnet nearby: start (s), end (s), field in the sensors' axes (uT).
     frozen : array_like, shape (k, 2)
         Start and end of the spans in which the field repeats one value, s.
     seed : int

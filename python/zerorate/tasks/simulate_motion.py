@@ -22,7 +22,7 @@ MOTIONS: Final = {"hand": 60.0, "drive": 240.0, "walk": 46.0}
 
 _STRIDE_S: Final = 1.05
 _STANDING_S: Final = 4.0
-"""Duration of a stride of `zerorate.simulate_walk`, s, and of standing before and after."""
+"""Durations (s) of a stride of `zerorate.simulate_walk`, and of standing before and after."""
 _WALK_TURN_RAD: Final = 0.1
 _FIXES_COLUMNS: Final = (
     "time_s,latitude_deg,longitude_deg,height_m,"

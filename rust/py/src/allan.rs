@@ -131,8 +131,9 @@ getters! { AllanNoise, slf, py, this;
 /// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability
 /// Analysis*, NIST SP 1065 (2008), section 5.2. Rates take the place of fractional frequencies. The
 /// variances are the mean squares of the second and third differences of the phase, divided by
-/// ``2 m**2`` and ``6 m**2``. The phase is the running sum of the samples minus the first sample of
-/// the segment. If the mean of n samples differs from this first sample by D, rounding acts as
+/// ``2 m**2`` and ``6 m**2``. The phase is the running sum of the samples, each minus an offset.
+/// The offset is the first sample. After a missing sample the sum begins again, with the next
+/// sample as offset. If the mean of n samples differs from their offset by D, rounding acts as
 /// noise of standard deviation ``6e-17 * n * D`` on each sample.
 ///
 /// Examples

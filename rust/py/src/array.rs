@@ -187,8 +187,9 @@ impl<const A: usize> ArrayBank for One<A> {
 /// A sample far from the median of the other sensors is not used. A sensor is excluded if it
 /// disagrees with the other sensors over a quarter of a second. The fault may be an offset, a wrong
 /// sign, a scale error, exchanged axes or noise. The sensor is used again after it has agreed for
-/// 10 s, at a rate at which the fault would show. If only two sensors are left and they disagree,
-/// both are used, and ``health`` is ``"disputed"``.
+/// 10 s in total. Times with less than 30 % of the angular rate at the last disagreement are not
+/// counted. If only two sensors are left and they disagree, both are used, and ``health`` is
+/// ``"disputed"``.
 ///
 /// The fused noise of N sensors is about the noise of one sensor divided by sqrt(N), seldom more
 /// than 20 % above this value. An array of one sensor gives results that are bit-identical to a
@@ -215,7 +216,7 @@ impl<const A: usize> ArrayBank for One<A> {
 ///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
 ///     ``"auto"`` weights the sensors by noise and scale error, ``"mean"`` equally, ``"white"`` by
-///     white noise alone. An array states the weights, for example from
+///     white noise alone. Numbers are the weights themselves, for example from
 ///     ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
 ///     Standard deviation of the sensors' scale factors, from 0 to 1.
@@ -233,8 +234,9 @@ impl<const A: usize> ArrayBank for One<A> {
 ///
 /// References
 /// ----------
-/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao. Only the abstract was available. Process noise
-/// and the order of the two stages are chosen to match its results at rest.
+/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao. Only the abstract was available. The
+/// process noise and the sequence of the two stages are chosen to match the abstract's results at
+/// rest.
 ///
 /// Examples
 /// --------

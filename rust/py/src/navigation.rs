@@ -356,7 +356,7 @@ macro_rules! navigating {
         }
 
         getters! { $class, slf, py, this;
-            /// Latitude and longitude, deg, and height, m, of the sensor, shape (3,).
+            /// Latitude (deg), longitude (deg) and height (m) of the sensor, shape (3,).
             ///
             /// They are NaN before the first fix.
             position: Object<'py> = arrays::small(py, &degrees(this.shared.filter().snapshot().position));
@@ -370,13 +370,14 @@ macro_rules! navigating {
             accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
             /// Standard deviations of the state, shape (15,).
             ///
-            /// They are computed at each step of the covariance (``covariance_step``), and NaN
-            /// before the first fix. The state is:
+            /// They change at each step of the covariance (``covariance_step``) and at each
+            /// correction by a measurement. They are NaN before the first fix. The state is:
             ///
             /// - position north, east and down, m;
             /// - velocity north, east and down, m/s;
             /// - orientation about these axes, rad;
-            /// - biases of gyro, rad/s, and accelerometer, m/s^2.
+            /// - bias of the gyro, rad/s;
+            /// - bias of the accelerometer, m/s^2.
             sigma: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().sigma);
             /// Covariance of the state's errors, in the order of ``sigma``, shape (15, 15).
             ///
@@ -387,8 +388,7 @@ macro_rules! navigating {
                 let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
                 arrays::array(py, places.collect(), &[STATES, STATES])?
             };
-            /// Scale of the wheels, and yaw and pitch, rad, of the direction in which they roll,
-            /// shape (3,).
+            /// Scale of the wheels, yaw and pitch (rad) of their rolling direction, shape (3,).
             ///
             /// The wheels roll (1 + scale) times as fast as measured. The constants are NaN before
             /// the first measurement.
@@ -437,7 +437,7 @@ macro_rules! navigating {
             };
             /// Number of times that the filter moved to a position after ten rejections in a row.
             move_count: u64 = this.shared.filter().fixes().moved;
-            /// Time, s, and distance, m, of the last move; None before the first move.
+            /// Time (s) and distance (m) of the last move; None before the first move.
             last_move: Option<(f64, f64)> = {
                 let FixCounts { moved, last_move: [at, by], .. } = *this.shared.filter().fixes();
                 (moved > 0).then_some((at, by))

@@ -487,7 +487,7 @@ getters! { Attitude, slf, py, this;
     ///
     /// An array (3,), or (k, 3) with k channels.
     euler: Object<'py> = vectors(slf, &[3], |body| body.euler.to_vec())?;
-    /// Direction of the sensor's x axis over ground.
+    /// Horizontal direction of the sensor's x axis, rad.
     ///
     /// The angle is clockwise from north, 0 to 2 pi. A float, or an array (k,) with k channels.
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;

@@ -22,10 +22,9 @@ macro_rules! readings {
 }
 
 readings! { DriftFilter;
-    /// Estimate after the last sample, in the samples' unit.
+    /// Smoothed rate after the last sample, in the samples' unit; for ``"auto"`` the bias.
     ///
-    /// ``update`` returns it with ``output="estimate"``. For ``"auto"`` it equals ``bias``. A
-    /// float, or an array (k,) with k channels.
+    /// ``update`` returns it with ``output="estimate"``. A float, or an array (k,) with k channels.
     estimate;
     /// The last sample minus its prediction, in the samples' unit.
     ///
