@@ -54,8 +54,8 @@ use crate::common::work::in_pieces;
 ///     ``update`` takes k samples, and each property has k values.
 /// output : {"compensated", "estimate"}, default "compensated"
 ///     Output of ``update`` and ``process``. ``"compensated"`` is the sample minus ``bias``,
-///     without delay, and NaN for a missing sample. ``"estimate"`` is the estimate of the bias
-///     itself.
+///     without delay, and NaN for a missing sample. ``"estimate"`` is the property ``estimate``:
+///     the bias for ``"auto"``, the smoothed rate for the published filters.
 /// motion : {"hold", "ignore"}, optional
 ///     ``"hold"`` learns only at rest, as detected by a ``RestDetector``. When a motion begins, it
 ///     undoes the learning of the last half second, with ``"auto"`` of up to two seconds.
