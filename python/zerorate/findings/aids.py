@@ -30,5 +30,5 @@ def aid_findings(
         yield Finding(section, "aids", "good", make_sentence(note, "."), figure=gyro.figure)
     if not judged.alarms and not judged.notes:
         names = ", ".join(recording[kind].names[0] for kind in kinds)
-        text = f"These readings agree with fixes and motion: {names}."
-        yield Finding(section, "aids", "good", text, figure=gyro.figure)
+        agreement = f"These readings agree with fixes and motion: {names}."
+        yield Finding(section, "aids", "good", agreement, figure=gyro.figure)
