@@ -74,8 +74,9 @@ pub struct Recording {
     pub messages: Messages,
 }
 
-/// Unpacks bytes of a compression into so many; nothing where it cannot.
-pub type Unpack = fn(&str, &[u8], &mut [u8]) -> Option<()>;
+/// Unpacks bytes of a compression into at most so many; `None` if it cannot. Memory grows with the
+/// unpacked bytes, because a damaged file may declare any size.
+pub type Unpack = fn(&str, &[u8], usize) -> Option<Vec<u8>>;
 
 impl Recording {
     /// The channels of a recording, and at most `limit` messages of those in `wanted`. Of a message
@@ -112,7 +113,7 @@ fn has_summary(raw: &[u8]) -> bool {
     footer.is_some_and(|footer| footer[0] == FOOTER && footer[9..17] != [0; 8])
 }
 
-fn unknown(_: &str, _: &[u8], _: &mut [u8]) -> Option<()> {
+fn unknown(_: &str, _: &[u8], _: usize) -> Option<Vec<u8>> {
     None
 }
 
@@ -248,11 +249,14 @@ impl Walk<'_> {
         if compression.is_empty() {
             return self.records(packed, checksum).map_err(|fault| placed(fault, at));
         }
-        let mut unpacked = memory::filled(0, usize::try_from(size).map_err(|_| damaged())?)?;
         if !["lz4", "zstd"].contains(&compression.as_str()) {
             return Err(Fault::Compression(at, compression));
         }
-        (self.unpack)(&compression, packed, &mut unpacked).ok_or_else(damaged)?;
+        let size = usize::try_from(size).map_err(|_| damaged())?;
+        let unpacked = (self.unpack)(&compression, packed, size).ok_or_else(damaged)?;
+        if unpacked.len() != size {
+            return Err(damaged());
+        }
         self.records(&unpacked, checksum).map_err(|fault| placed(fault, at))
     }
 
@@ -391,10 +395,8 @@ mod tests {
         .concat()
     }
 
-    fn turned(_: &str, packed: &[u8], out: &mut [u8]) -> Option<()> {
-        let fits = packed.len() == out.len();
-        out.iter_mut().zip(packed).for_each(|(to, from)| *to = !from);
-        fits.then_some(())
+    fn turned(_: &str, packed: &[u8], size: usize) -> Option<Vec<u8>> {
+        (packed.len() == size).then(|| packed.iter().map(|byte| !byte).collect())
     }
 
     fn read(raw: &[u8], wanted: &[u16], limit: usize) -> Result<Recording, Fault> {
@@ -442,6 +444,17 @@ mod tests {
         other[place] = b'x';
         let fault = read(&other, &[0], 9).expect_err("nobody knows it").to_string();
         assert!(fault.ends_with("'xz4', expected lz4, zstd or none"), "{fault}");
+    }
+
+    #[test]
+    fn a_declared_size_takes_no_memory() {
+        let mut raw = file();
+        let name = raw.windows(3).position(|word| word == b"lz4").expect("it is there");
+        let size = name - 16..name - 8;
+        for declared in [1 << 62, 1 << 40, 0, 7] {
+            raw[size.clone()].copy_from_slice(&u64::to_le_bytes(declared));
+            assert!(matches!(read(&raw, &[0], usize::MAX), Err(Fault::Record(_))), "{declared}");
+        }
     }
 
     proptest! {

@@ -27,13 +27,20 @@ type Messages<'py> = (
     Bound<'py, PyArray1<u8>>,
 );
 
-/// Fills `out` with what is packed, to its last byte.
-fn unpack(compression: &str, packed: &[u8], out: &mut [u8]) -> Option<()> {
+/// Largest ratio of LZ4, and of nearly all real chunks.
+const USUAL_RATIO: usize = 255;
+
+/// Unpacks at most so many bytes. Memory grows with the unpacked bytes, not with the declared ones.
+fn unpack(compression: &str, packed: &[u8], size: usize) -> Option<Vec<u8>> {
+    let mut out = Vec::new();
+    out.try_reserve_exact(size.min(packed.len().saturating_mul(USUAL_RATIO))).ok()?;
+    let limit = u64::try_from(size).ok()?;
     match compression {
-        "lz4" => FrameDecoder::new(packed).read_exact(out).ok(),
-        "zstd" => StreamingDecoder::new(packed).ok()?.read_exact(out).ok(),
-        _ => None,
-    }
+        "lz4" => FrameDecoder::new(packed).take(limit).read_to_end(&mut out).ok()?,
+        "zstd" => StreamingDecoder::new(packed).ok()?.take(limit).read_to_end(&mut out).ok()?,
+        _ => return None,
+    };
+    Some(out)
 }
 
 /// Return the channels of an MCAP recording, and the messages of the wanted channels.
