@@ -147,8 +147,8 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     Parameters
     ----------
     left, right : FootTrack
-        Tracks on one clock, best smoothed. The sensors may be mounted in any direction: the first
-        20 m align the right track with the left track.
+        Tracks on one clock, preferably smoothed. The sensors may be mounted in any direction: the
+        first 20 m align the right track with the left track.
     distance : float, default 1.2
         Largest distance between the feet, m. 1.2 m suits walking. Running needs a larger value.
 

@@ -304,9 +304,9 @@ class ArmaModel(Result):
     def residuals(self, z: npt.ArrayLike) -> Floats:
         """Return the innovations of a record under this model, shape (n,).
 
-        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. For each stretch between
-        missing samples, earlier samples are assumed equal to their mean, and earlier innovations
-        zero. The first p innovations of a stretch depend on this assumption and are NaN.
+        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Before each stretch
+        between missing samples, the samples are taken as their mean, and the innovations as zero.
+        The first p innovations of a stretch depend on this assumption and are NaN.
         Innovations of missing samples are NaN.
 
         Raises

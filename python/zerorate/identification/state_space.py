@@ -146,7 +146,7 @@ class StateSpace:
         return self._output_series(self.G[:, 0], n)
 
     def transfer(self, frequencies: npt.ArrayLike, rate: float) -> npt.NDArray[np.complex128]:
-        """Return H (I - F e^(-i w))^-1 G, from the first noise to the samples.
+        """Return the transfer function H (I - F e^(-i w))^-1 G from the first noise to the samples.
 
         Parameters
         ----------

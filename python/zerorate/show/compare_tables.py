@@ -198,7 +198,7 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 
 
 def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) -> str:
-    """Return the tables of each kind, at most `WIDTH` columns wide, with notes.
+    """Return the tables of each kind of recording, at most `WIDTH` characters wide, with notes.
 
     A dash marks an undefined number.
 

@@ -270,8 +270,8 @@ macro_rules! navigating {
 
             /// Process one sample of the sensors and return the filter's ``status``.
             ///
-            /// Arguments are the sample's time, s, the rate, rad/s, (3,), and the force, m/s^2,
-            /// (3,). ``rest`` is True if the vehicle is known to stand. The times of the samples
+            /// Arguments are the sample's time (s), the rate (rad/s, shape (3,)), and the specific
+            /// force (m/s^2, shape (3,)). ``rest`` is True if the vehicle is known to stand. The times of the samples
             /// must increase. Otherwise a ValueError is raised, and the filter stays unchanged.
             #[pyo3(signature = (t, gyro, accel, rest=false))]
             fn update<'py>(

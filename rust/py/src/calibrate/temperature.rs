@@ -172,8 +172,8 @@ getters! { TemperatureFilter, slf, py, this;
     /// Standard deviation of the mean bias over the next 10 s.
     ///
     /// It is for the last temperature. Before the first rest it is the largest sample to date.
-    /// While the assumed rest may be motion, it is at least as large as the bias. A float, or an
-    /// array (k,) with k channels.
+    /// While rest cannot be distinguished from a constant motion, it is at least as large as the
+    /// bias. A float, or an array (k,) with k channels.
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin.
     ///

@@ -149,9 +149,9 @@ streaming!(
     update: "Process one sample and return the output, by default the compensated rate.
 
     The sample is a float, or an array (k,) with k channels. The output has the shape and unit of
-    the sample. None or NaN is a missing sample: the output is NaN, or the estimate. ``moving``
-    states that the body moves, as a ``MotionDetector`` detects from an accelerometer. A constant
-    rate is then no bias.",
+    the sample. None or NaN is a missing sample. Its output is NaN, or the estimate if ``output``
+    selects the estimate. ``moving`` states that the body moves, as a ``MotionDetector`` detects
+    from an accelerometer. A constant rate is then no bias.",
     process: "Filter a batch, with results identical to ``update`` sample by sample.
 
     Parameters
