@@ -53,7 +53,7 @@ class ClockReport:
         Number of intervals between stamps that exceed 1.5 periods although no sample is missing.
     restart_count
         Number of restarts of the clock: steps back by more than 1 s. The length of a pause is
-        unknown, so 10 s count as missing, or the length of a shorter log.
+        unknown, so 10 s count as missing, or the log's length if shorter.
 
     Examples
     --------
