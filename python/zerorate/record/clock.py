@@ -28,7 +28,7 @@ class ClockReport:
         RMS and largest deviation of the stamps from this clock, s. For stamps of arrival, the
         deviation is the delay.
     repeated_count, backward_count
-        Number of stamps equal to the stamp before, and number of stamps less than the stamp before.
+        Numbers of stamps equal to the stamp before, and less than the stamp before.
         Their rows stay in file order.
     gap_count, missing_count
         Number of gaps, and number of NaN rows inserted there.

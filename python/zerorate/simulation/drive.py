@@ -196,7 +196,7 @@ def simulate_drive(
         Rotation from the sensors' axes to forward, right, down. None means no rotation.
     time_offset : float or TimeOffset
         Offset to add to the times of the fixes, s. `find_time_offset` estimates it. A `TimeOffset`
-        has an offset for positions, an offset for velocities, and their growth.
+        has offsets for positions and velocities, and their growth.
     wander : float
         RMS relative variation of the sampling interval over half a minute. The time stamps are
         exact.
@@ -224,13 +224,13 @@ def simulate_drive(
     - position from the mean of two velocities
     - radii and gravity computed again at each step
 
-    C rotates from body to earth, delta is the increment of velocity, Omega the earth's rate, and
-    rho the transport rate. A filter with these steps and exact samples therefore returns the truth
-    up to rounding. Samples from a given path would oscillate, because the path determines only means of
-    the samples.
+    C rotates from body to earth, delta is the velocity increment, Omega the earth's rate, and rho
+    the transport rate. A filter with these steps and exact samples therefore returns the truth
+    up to rounding. Samples from a given path would oscillate, because the path determines only
+    means of the samples.
 
     The truth differs from the closed formulas by centimetres. Its sideways speed stays below 1 mm/s
-    in 400 s and 2 mm/s in an hour, so the wheels hardly slip. All steps are computed at once, by
+    in 400 s and 2 mm/s in an hour. All steps are computed at once, by
     successive approximation.
 
     Examples

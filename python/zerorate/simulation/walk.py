@@ -103,7 +103,7 @@ def simulate_walk(
     length : float
         Mean length of a stride, m. Each stride varies randomly by up to a tenth.
     stance, swing : float
-        Duration of each stance, and duration of each swing, s.
+        Duration of each stance and each swing, s.
     turn : float
         Change of heading to the left in each stride, rad.
     step_height : float
