@@ -122,7 +122,7 @@ class ArgumentError(ValueError):
     argument : str
         Keyword of the argument; the message begins with it.
     fault : str
-        The rest of the sentence: 'must be positive, got -1'.
+        Rest of the message: 'must be positive, got -1'.
     """
 
     def __init__(self, argument: str, fault: str) -> None:

@@ -22,7 +22,7 @@ _WIDTH: ContextVar[int] = ContextVar("width", default=WIDTH)
 
 
 def width() -> int:
-    """Return the largest width of a line in a table, characters."""
+    """Return the largest width of a table's line, in characters."""
     return _WIDTH.get()
 
 

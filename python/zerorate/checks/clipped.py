@@ -107,8 +107,8 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     The range need not be known. The positive or negative side of an axis counts as clipped if all
     three conditions are met:
 
-    - The rate stays within 4 % of its largest value for a tenth of a second.
-    - The band just below has at most twice as many samples.
+    - The rate is within 4 % of its largest value for a total of a tenth of a second.
+    - The band from 88 % to 96 % of this value has at most twice as many samples.
     - Cubics through the flanks exceed the plateaus by 1.5 % of the largest value on average.
 
     Round peaks and true plateaus agree with their flanks, and stay unchanged. A gyro that stays

@@ -30,7 +30,7 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     Raises
     ------
     LogError
-        If the column does not exist, has an empty cell, or has hardly any value twice. Also if the
+        If the column does not exist, has an empty cell, or repeats hardly any value. Also if the
         source has topics, or columns without names.
     TypeError, OSError, ImportError
         As `read_log`.

@@ -28,7 +28,7 @@ class ClockReport:
         RMS and largest deviation of the stamps from this clock, s. For stamps of arrival, the
         deviation is the delay.
     repeated_count, backward_count
-        Number of stamps equal to the stamp before, and number of stamps less than the stamp before.
+        Numbers of stamps equal to the stamp before, and less than the stamp before.
         Their rows stay in file order.
     gap_count, missing_count
         Number of gaps, and number of NaN rows inserted there.
@@ -53,7 +53,7 @@ class ClockReport:
         Number of intervals between stamps that exceed 1.5 periods although no sample is missing.
     restart_count
         Number of restarts of the clock: steps back by more than 1 s. The length of a pause is
-        unknown, so 10 s count as missing, or the length of a shorter log.
+        unknown, so 10 s count as missing, or the log's length if shorter.
 
     Examples
     --------

@@ -25,7 +25,7 @@ class Fixes:
     time : array_like, shape (n,)
         Times of the fixes, s, increasing.
     position : array_like, shape (n, 3)
-        Latitude and longitude, deg, and height above the ellipsoid, m; the height may be NaN.
+        Latitude and longitude (deg) and height above the ellipsoid (m); the height may be NaN.
     velocity : array_like, shape (n, 3), optional
         Velocities north, east and down, m/s; NaN where unknown.
     position_sigma : array_like, shape (n, 3), optional
@@ -132,7 +132,7 @@ class Fixes:
         return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
 
     def poses(self, origin: npt.ArrayLike) -> Poses:
-        """Return the positions in m east, north and up from an origin in deg, deg, m."""
+        """Return the positions (m east, north, up) relative to an origin (deg, deg, m)."""
         known = np.isfinite(self.position).all(axis=1)
         ned = local_ned(self.position[known], floats(origin, "origin"))
         unknown = np.full((len(ned), 4), np.nan)

@@ -25,7 +25,7 @@ _UNIT_NOTE: Final = '"unit" is the unknown unit of the samples; exports to estim
 
 
 def format_allan(sensors: Sequence[Characterisation]) -> str:
-    """Return tables of coefficients and deviations, at most `WIDTH` columns wide.
+    """Return tables of coefficients and deviations, at most `WIDTH` characters wide.
 
     Each sensor has a heading and blocks. A block has as many axes as fit next to each other, in
     data-sheet units.

@@ -63,9 +63,9 @@ def plot_array(replay: ArrayReplay) -> Figure:
     """Return a figure of the Allan deviations, the rate, and the weights over time.
 
     The left panel has the Allan deviations of each sensor, the plain mean, and the array, as RMS
-    over the axes. On the right are the rate and a row for each sensor. The shade of a row is the
-    sensor's weight relative to its weight in a plain mean. Where the sensor was excluded, the row
-    is vermilion.
+    over the axes. On the right are the angular rate and a row for each sensor. The shade of a row
+    is the sensor's weight relative to its weight in a plain mean. Where the sensor was excluded,
+    the row is vermilion.
     """
     rows = max(_ROW_HEIGHT_MM * replay.log.sensors, _MIN_ROWS_MM)
     height = _BOTTOM + rows + _PANEL_GAP_MM + _RATE_HEIGHT_MM + _TOP

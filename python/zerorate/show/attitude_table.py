@@ -32,7 +32,7 @@ _FRAME_NAMES: Final = {
 
 
 def format_attitude(estimate: AttitudeEstimate) -> str:
-    """Return the tables of an attitude, at most `WIDTH` columns wide.
+    """Return the tables of an attitude, at most `WIDTH` characters wide.
 
     They show the angles with standard deviations, the times of rest and of a disturbed field, the
     gyro errors, and notes. If there is a reference, they show the errors relative to it.

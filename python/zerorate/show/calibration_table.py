@@ -41,7 +41,7 @@ def describe_verdict(calibration: Calibration) -> str:
 
 
 def format_calibration(calibration: Calibration) -> str:
-    """Return the tables of a calibration, at most `WIDTH` columns wide.
+    """Return the tables of a calibration, at most `WIDTH` characters wide.
 
     The order is: verdict, problems, each sensor, the rotation between the sensors, errors before
     and after the calibration, rests and rotations, advice.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def format_foot(track: FootTrack) -> str:
-    """Return the tables of a foot's track, at most `WIDTH` columns wide.
+    """Return the tables of a foot's track, at most `WIDTH` characters wide.
 
     They have the end position with standard deviations, the strides, and notes.
     """

@@ -217,7 +217,7 @@ def _make_residuals_table(identification: Identification) -> Table:
 
 
 def format_identify(identifications: Sequence[Identification]) -> str:
-    """Return the tables and the verdict of every axis, at most `WIDTH` columns wide."""
+    """Return the tables and the verdict of every axis, at most `WIDTH` characters wide."""
     return "\n\n\n".join(
         "\n\n".join(_format_parts(identification)) for identification in identifications
     )

@@ -43,7 +43,7 @@ _OUTPUT_UNITS: Final = {
 
 
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
-    """Return the tables of a track, at most `WIDTH` columns wide.
+    """Return the tables of a track, at most `WIDTH` characters wide.
 
     They have the numbers of fixes, the duration of each status, the estimates at the end with
     standard deviations, and notes.

@@ -145,7 +145,7 @@ def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
 
 
 def format_table(replay: Summary) -> str:
-    """Return a table with a row for each axis and method, at most `WIDTH` columns wide.
+    """Return a table with a row for each axis and method, at most `WIDTH` characters wide.
 
     It has a title, two heading lines, the rows, and notes on the numbers. A dash marks an undefined
     number.
@@ -160,7 +160,7 @@ def format_table(replay: Summary) -> str:
 
 
 def format_learned(replay: Summary) -> str:
-    """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
+    """Return a table of the chosen filter's learned parameters, at most `WIDTH` characters wide.
 
     It has a row for each axis. It is empty for published methods, because they learn no parameters.
     """

@@ -31,14 +31,14 @@ class Contamination:
     Parameters
     ----------
     share : float
-        Share of samples that are outliers, at random times, 0 to 1.
+        Share of samples (0 to 1) that are outliers, at random times.
     size : float
         Size of the outliers, in standard deviations of the record (see Notes).
     one_sided : bool
         True makes all outliers positive. By default each outlier has a random sign.
     burst : int
         Length of a burst of outliers, samples. Each minute of the record has a burst at a random
-        time. If the record ends during a minute, this burst may be missing.
+        time. In an incomplete last minute it may be missing.
     stuck : float
         Duration for which the sensor repeats its last value, s. It starts in the middle of the
         record.

@@ -71,17 +71,17 @@ class SimulatedDrive:
     rate : float
         Sampling rate, Hz.
     gyro, accel : ndarray, shape (n, 3)
-        Samples of the gyro, rad/s, and the accelerometer, m/s^2.
+        Samples of the gyro (rad/s) and the accelerometer (m/s^2).
     fixes : Fixes
         Fixes of the receiver. They are positions of the antenna.
     truth_position : ndarray, shape (n, 3)
-        Position of the inertial sensors: latitude and longitude, deg, and height, m.
+        Position of the inertial sensors: latitude and longitude (deg), and height (m).
     truth_velocity : ndarray, shape (n, 3)
         Velocity north, east, down, m/s.
     truth_quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to the earth's axes.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Constant bias plus drift of the gyro, rad/s, and the accelerometer, m/s^2. A sample minus
+        Constant bias plus drift of the gyro (rad/s) and the accelerometer (m/s^2). A sample minus
         its bias is the truth plus white noise.
     antenna : ndarray, shape (3,)
         Vector from the inertial sensors to the antenna, in the axes of the body, m.
@@ -182,13 +182,13 @@ def simulate_drive(
         noise and a random walk of the bias. Gyro: 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s).
         Accelerometer: 1e-3 m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s).
     gyro_bias, accel_bias : float or array_like, shape (3,)
-        Constant biases of the gyro, rad/s, and the accelerometer, m/s^2. One number is the standard
-        deviation of random biases. Three numbers are the biases.
+        Constant biases of the gyro (rad/s) and the accelerometer (m/s^2). One number is the
+        standard deviation of random biases. Three numbers are the biases.
     fixes_rate : float
         Rate of the fixes, Hz, up to `rate`. Each fix is at the time of a sample, the first at 0.
     position_sigma, velocity_sigma : float or array_like, shape (3,)
-        Standard deviations of the fixes' white noise north, east, down: position, m, and velocity,
-        m/s. The fixes state the same values. With 0 they state no standard deviation.
+        Standard deviations of the fixes' white noise north, east, down: position (m) and velocity
+        (m/s). The fixes state the same values. With 0 they state no standard deviation.
     antenna : float or array_like, shape (3,)
         Vector from the inertial sensors to the antenna, m forward, right, down. One number is the
         standard deviation of a random vector.
@@ -196,7 +196,7 @@ def simulate_drive(
         Rotation from the sensors' axes to forward, right, down. None means no rotation.
     time_offset : float or TimeOffset
         Offset to add to the times of the fixes, s. `find_time_offset` estimates it. A `TimeOffset`
-        has an offset for positions, an offset for velocities, and a rate.
+        has offsets for positions and velocities, and their growth.
     wander : float
         RMS relative variation of the sampling interval over half a minute. The time stamps are
         exact.
@@ -224,12 +224,13 @@ def simulate_drive(
     - position from the mean of two velocities
     - radii and gravity computed again at each step
 
-    A filter with the same mechanisation and exact samples therefore returns the truth up to
-    rounding. Samples from a given path would oscillate, because the path determines only means of
-    the samples.
+    C rotates from body to earth, delta is the velocity increment, Omega the earth's rate, and rho
+    the transport rate. A filter with these steps and exact samples therefore returns the truth
+    up to rounding. Samples from a given path would oscillate, because the path determines only
+    means of the samples.
 
     The truth differs from the closed formulas by centimetres. Its sideways speed stays below 1 mm/s
-    in 400 s and 2 mm/s in an hour, so the wheels hardly slip. All steps are computed at once, by
+    in 400 s and 2 mm/s in an hour. All steps are computed at once, by
     successive approximation.
 
     Examples

@@ -42,7 +42,7 @@ _STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
 
 @dataclass(frozen=True, kw_only=True)
 class MotionErrors:
-    """Errors of the sensors of a simulated motion. A single number is a standard deviation.
+    """Errors of the sensors of a simulated motion.
 
     The defaults describe a consumer device. For the gyro's bias, matrix, walk and noise, and for
     the field's variation, they equal the priors of `zerorate.Attitude`.
@@ -121,8 +121,8 @@ class SimulatedMotion:
         True angular rate in the sensor's axes, rad/s, shape (n, 3). Each value is the mean over the
         interval that ends at its sample, as integration needs it.
     force, velocity
-        True specific force in the sensor's axes, m/s^2, and true velocity in earth axes, m/s, shape
-        (n, 3).
+        True specific force in the sensor's axes (m/s^2) and true velocity in earth axes (m/s),
+        shape (n, 3).
     bias
         Bias of the gyro, rad/s, shape (n, 3).
     gyro_matrix
@@ -227,7 +227,7 @@ def simulate_motion(
         Start and end of the spans with a magnet or iron nearby, s. There the field differs in
         strength and dip from `field` and `dip`. Default: no spans.
     field, dip : float
-        Earth's field: strength, uT, and angle below the horizontal, rad. Default 48 uT and 65 deg.
+        Earth's field: strength (uT) and angle below the horizontal (rad). Default 48 uT and 65 deg.
 
     Returns
     -------

@@ -261,10 +261,10 @@ def simulate_session(
 
     Notes
     -----
-    A rotation follows its rotation vector with the minimum-jerk profile 10 s^3 - 15 s^4 + 6 s^5.
+    A rotation follows its rotation vector with the minimum-jerk profile 10 u^3 - 15 u^4 + 6 u^5,
+    where u grows from 0 to 1.
     Source: T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985,
-    equation 4. The wobble moves the axis during the rotation. The accelerometer is 0.1 m from the
-    centre of rotation.
+    equation 4. The accelerometer is 0.1 m from the centre of rotation.
 
     The orientation is a closed form of time. The rate is its derivative at the samples, as from a
     gyro with large bandwidth. Both are exact up to rounding. An integral of the samples has only

@@ -27,7 +27,7 @@ class SimulatedWalk:
     time : ndarray, shape (n,)
         Times of the samples, s.
     gyro, accel : ndarray, shape (n, 3)
-        Samples of the gyro, rad/s, and the accelerometer, m/s^2. The axes are forward, left, up.
+        Samples of the gyro (rad/s) and the accelerometer (m/s^2). The axes are forward, left, up.
     position : ndarray, shape (n, 3)
         Position of the sensor relative to the start, m: forward, left, up.
     standing : ndarray of bool, shape (n,)
@@ -103,7 +103,7 @@ def simulate_walk(
     length : float
         Mean length of a stride, m. Each stride varies randomly by up to a tenth.
     stance, swing : float
-        Duration of each stance, and duration of each swing, s.
+        Duration of each stance and each swing, s.
     turn : float
         Change of heading to the left in each stride, rad.
     step_height : float
@@ -111,7 +111,7 @@ def simulate_walk(
     rest : float
         Duration of the rest before the first stride and after the last stride, s.
     gyro_noise, accel_noise : float
-        White noise of the gyro, rad/s/sqrt(Hz), and the accelerometer, m/s^2/sqrt(Hz).
+        White noise of the gyro (rad/s/sqrt(Hz)) and the accelerometer (m/s^2/sqrt(Hz)).
     gyro_bias : float
         Standard deviation of the random constant biases, rad/s.
     gyro_range : float

@@ -241,7 +241,7 @@ def calibrate_magnetometer(
         Strength of the local field, uT, and its angle below the horizontal, rad. A calibration that
         contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and optionally height, m. `zerorate.geometry.earth_field`
+        Latitude and longitude (deg) and optionally height (m). `zerorate.geometry.earth_field`
         computes field and dip from them. Default: the recording's position, if it has one and
         pygeomag is installed.
     progress : callable, optional

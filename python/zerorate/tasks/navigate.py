@@ -304,8 +304,8 @@ def navigate(
         Noise of the sensors, or a file with it: JSON, or an ``imu.yaml`` of Kalibr. Default: noise
         of consumer sensors.
     noise : {"auto", "stated"}
-        Process noise of the filter. "auto": `zerorate.navigation.find_noise` fits it: errors
-        without fixes then agree with the filter's standard deviations. Stated noise models are
+        Process noise of the filter. "auto": `zerorate.navigation.find_noise` fits it, so that
+        errors without fixes agree with the filter's standard deviations. Stated noise models are
         lower bounds. "stated": the stated noise models.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
@@ -330,7 +330,7 @@ def navigate(
     compass : str, array_like, shape (n,), or Aid, optional
         Heading of a compass or of two antennas. Name of a column, values at the gyro's samples, or
         `zerorate.navigation.Aid`. Default: found by name (``heading_deg``, ``compass_deg``). The
-        motion determines its sense and origin.
+        motion determines its sign and zero.
     compass_unit : {"deg", "rad"}, optional
         Unit of the compass. Default: from the name, the size of the values, or the motion.
     baseline_columns : str, array_like, shape (n, 3), or Aid, optional
@@ -345,8 +345,8 @@ def navigate(
     baseline : array_like, shape (3,), optional
         Vector from the first to the second antenna, m forward, right, down.
     limits : dict of str to float, optional
-        Largest standard deviation of a valid output, by output: position and height, m, velocity,
-        m/s, attitude and heading, rad. Default: limits of `zerorate.NavigationFilter`.
+        Largest standard deviation of a valid output, by output: position and height (m), velocity
+        (m/s), attitude and heading (rad). Default: limits of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,

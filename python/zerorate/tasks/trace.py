@@ -12,7 +12,7 @@ __all__ = ["Trace"]
 class Trace(Result):
     """State of a filter after each of n samples; k channels add a second axis to every array.
 
-    For "auto", the state is only the drift, and p + 1 and p + q + 1 are 1.
+    The model has the order (p, q). For "auto", the state is only the drift, and p and q are 0.
 
     Examples
     --------

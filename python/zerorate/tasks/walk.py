@@ -55,8 +55,8 @@ def walk(
     at : array_like, shape (2,), optional
         Latitude and longitude of the start, deg. The track is then also saved for maps.
     heading, height : float, optional
-        Only with `at`. Direction of the sensor's first axis at the start, rad from north towards
-        east, and height of the start, m. Both are 0 by default.
+        Only with `at`. Direction of the sensor's first axis at the start (rad from north towards
+        east) and height of the start (m). Default 0.
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}

@@ -76,8 +76,8 @@ class Fleet:
     outliers : tuple of Outlier
         Outliers, the largest first.
     untested_axes : frozenset of (str, str)
-        Pairs of log and axis that were not compared. Fewer than eight logs have this axis with this
-        unit.
+        Pairs of log and axis that were not compared, because fewer than eight logs have this axis
+        with this unit.
     """
 
     outliers: tuple[Outlier, ...]

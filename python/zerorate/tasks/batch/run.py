@@ -115,7 +115,7 @@ class BatchResult(Result):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files on all logs: the summary, and the overview of reports."""
+        """Files about all logs: the summary, and the overview of reports."""
         overview = self.summary.with_name(OVERVIEW)
         return (self.summary, overview) if self.command == REPORT.name else (self.summary,)
 

@@ -171,7 +171,7 @@ def read_trial(
         name ends in rad, else in deg. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
         Four columns w, x, y, z of the orientation from sensor to world. Default: columns with
-        ``quat`` before this letter, such as ``ref_quat_w``. There is no default if `columns` are
+        ``quat`` before the letter, such as ``ref_quat_w``. There is no default if `columns` are
         given.
     **arguments
         Arguments of `zerorate.read_log`; ``start`` and ``stop`` as in `zerorate.read_recording`.

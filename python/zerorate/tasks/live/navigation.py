@@ -88,9 +88,9 @@ class NavigationSettings:
         Extra columns of an answer, from `NavigationColumn`: ``"status"``, ``"sigma"`` of the
         position, ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
-        Six columns: gyro x, y, z, rad/s, and accelerometer x, y, z, m/s^2. Nine columns:
-        additionally latitude and longitude, deg, and height, m, of a fix at this time. Twelve
-        columns: additionally the fix's velocity north, east, down, m/s. The cells are empty if
+        Six columns: gyro x, y, z (rad/s) and accelerometer x, y, z (m/s^2). Nine columns:
+        additionally latitude and longitude (deg) and height (m) of a fix at this time. Twelve
+        columns: additionally the fix's velocity north, east, down (m/s). The cells are empty if
         there is no fix. Default: all columns except `time` and `sequence`.
     sequence : str or int, optional
         Column of the sequence number; None if there is none.

@@ -19,7 +19,9 @@ _RATE_UNITS: Final = ("rad/s", "deg/s", "deg/h")
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """State of a filter of k axes at m moments; NaN during the start-up of an axis.
+    """State of a filter of k axes at m moments; NaN during an axis' start-up.
+
+    The filter's model has the order (p, q).
 
     Parameters
     ----------
@@ -29,7 +31,7 @@ class History:
         Variance R, unit of the data squared.
     gain : ndarray, shape (m, k, p + 1)
         Kalman gain; its first component weights the newest sample. For "auto", the state is only
-        the drift, and p + 1 and p + q + 1 are 1.
+        the drift, and p and q are 0.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
     angle_random_walk : ndarray, shape (m, k)

@@ -217,7 +217,7 @@ class Replay(Summary, Result):
 
     @property
     def saturated(self) -> Booleans | None:
-        """Mask of samples at the end of the sensor's range, (n, k); None without a range."""
+        """Mask of samples at the end of the sensor's range, shape (n, k); None without range."""
         return mask_saturated(self.log.data, self.limit)[1]
 
     @property
