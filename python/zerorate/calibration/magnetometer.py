@@ -157,7 +157,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def iron_changes(self) -> tuple[tuple[float, float], ...]:
-        """Time in s, as in `spans`, and size, in `unit`, of each change of the hard iron."""
+        """Time (s, as in `spans`) and size (in `unit`) of each change of the hard iron."""
         irons = [group.hard_iron for group in self.groups]
         return tuple(list_iron_changes(self.spans, irons))
 

@@ -62,7 +62,7 @@ def calibrate_magnetometer(
         Magnitude of the earth's field at the place, uT, and its angle below the horizontal, rad,
         from a field model. A result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and optionally height, m: `zerorate.geometry.earth_field` then
+        Latitude and longitude (deg), optionally height (m): `zerorate.geometry.earth_field` then
         gives field and dip. Default: the recording's positions, if it has any and pygeomag is
         installed.
 
