@@ -83,7 +83,7 @@ class MagnetometerCalibration(Result):
         Rotation vector of the magnetometer relative to the gyro, rad, from a fit of all parameters.
         This rotation is never applied.
     field, dip
-        Magnitude of the field, unit of the samples, and its angle below the horizontal, rad.
+        Magnitude of the field (unit of the samples) and its angle below the horizontal (rad).
     model
         Name of the applied corrections.
     spans

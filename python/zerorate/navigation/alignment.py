@@ -52,7 +52,7 @@ class Alignment(Oriented, Result):
     gyro_bias, accel_bias : ndarray, shape (3,)
         Biases of the gyro (rad/s) and the accelerometer (m/s^2).
     level_sigma, heading_sigma : float
-        Standard deviation of roll and pitch, and standard deviation of the heading, rad.
+        Standard deviation of roll and pitch, and of the heading (rad).
     gyro_bias_sigma, accel_bias_sigma : float
         Standard deviations of the biases on each axis: gyro (rad/s) and accelerometer (m/s^2).
     notes : tuple of str

@@ -247,8 +247,7 @@ def find_beginning(
         Results of earlier checks on a longer part of the recording. Default: the checks are run
         here.
     alarms : list of str, optional
-        List that collects the alarms. Each alarm is added at once. The list therefore has it even
-        if an error follows.
+        List that collects the alarms. Each alarm is added at once, even if an error follows.
     **options
         Options of `zerorate.NavigationFilter`. They apply while clock, heading and noise are
         estimated.

@@ -68,8 +68,7 @@ def write_geojson(
         longitude in deg, height in m, shape (n, 3)). A row without a position (NaN) ends a line.
         Heights may be missing.
     epoch : float, optional
-        Unix time, UTC, at which the track's time is zero. Default: ``track.epoch``, if the track
-        has it.
+        Unix time at which the track's time is zero. Default: ``track.epoch``, if any.
     name : str, optional
         Name of the track. Default: ``track.source``, or else "track".
     force : bool
