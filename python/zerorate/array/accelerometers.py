@@ -145,7 +145,8 @@ def fuse_accelerometers(
     higher in fast rotations than at rest, because of the errors of the lever arms.
 
     The function does not calibrate the sensors. The result has the weighted mean of their offsets
-    and scale errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes both.
+    and scale errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes these
+    errors.
 
     Parameters
     ----------

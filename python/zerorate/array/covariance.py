@@ -123,7 +123,7 @@ class AllanCovariance(Result):
         low-cost gyros", Sensors 17(2):352, 2017).
 
         Chance correlations look like true correlations. The off-diagonal elements of Q are
-        therefore reduced by the share N / (N + T/256 s), for N gyros and a record of length T.
+        therefore reduced by the share N / (N + T/(256 s)), for N gyros and a record of length T.
 
         The gain is found on each eighth of the record, with weights from the other seven eighths.
         Its standard error comes from leaving out each eighth in turn. The gain is the Allan

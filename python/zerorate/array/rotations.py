@@ -402,7 +402,7 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
     source : str or path
         File, or JSON text. Its keys are ``format`` ("zerorate rotations"), ``version`` (1) and
         ``rotations``. ``rotations`` has a matrix of three rows, or a quaternion w, x, y, z, for
-        each sensor's label. They rotate rates from the sensor's own axes to the axes of the body.
+        each sensor's label. Both rotate rates from the sensor's own axes to the axes of the body.
         The optional key ``positions`` has x, y, z of each sensor in the axes of the body, m.
 
     Raises

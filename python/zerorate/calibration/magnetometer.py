@@ -83,7 +83,7 @@ class MagnetometerCalibration(Result):
         Rotation vector of the magnetometer relative to the gyro, rad, from a fit of all parameters.
         This rotation is never applied.
     field, dip
-        Magnitude of the field, unit of the samples, and its angle below the horizontal, rad.
+        Magnitude of the field (unit of the samples) and its angle below the horizontal (rad).
     model
         Name of the applied corrections.
     spans
@@ -157,7 +157,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def iron_changes(self) -> tuple[tuple[float, float], ...]:
-        """Time in s, as in `spans`, and size, in `unit`, of each change of the hard iron."""
+        """Time (s, as in `spans`) and size (in `unit`) of each change of the hard iron."""
         irons = [group.hard_iron for group in self.groups]
         return tuple(list_iron_changes(self.spans, irons))
 

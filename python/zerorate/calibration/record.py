@@ -49,7 +49,7 @@ class Rest:
     norm_error
         ``|f| / g - 1`` after calibration.
     used
-        True if the fit used it.
+        True if the fit used the rest.
     reason
         Reason why the fit did not use the rest, or a remark.
 
@@ -95,7 +95,7 @@ class Turn:
     residual
         Angle between gravity propagated by the gyro and gravity measured after the motion, rad.
     used
-        True if the fit used it.
+        True if the fit used the rotation.
     reason
         Reason why the fit did not use the rotation, or a remark.
     residual_raw

@@ -39,7 +39,7 @@ class GeodeticTrack:
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Latitude and longitude, deg, and height, m. NaN where unknown.
+        Latitude and longitude (deg) and height (m). NaN where unknown.
     source : str
         Name of the recording.
 
@@ -95,20 +95,20 @@ class FootTrack(Oriented, SmoothableTrack, Result):
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Position x, y, z, m. NaN where it is unknown, in a long gap.
+        Position x, y, z (m). NaN in a long gap.
     velocity : ndarray, shape (n, 3)
-        Velocity x, y, z, m/s.
+        Velocity x, y, z (m/s).
     quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the sensor's axes to x, y, z.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
+        Biases of the gyro (rad/s) and the accelerometer (m/s^2).
     sigma : ndarray, shape (n, 15)
         Standard deviations, with three columns for each quantity. Position and heading are relative
         to the start.
 
         - position, m
         - velocity, m/s
-        - orientation about x, y, z, rad
+        - orientation about x, y, z (rad)
         - gyro bias, rad/s
         - accelerometer bias, m/s^2
     stances : ndarray of int, shape (s, 2)
@@ -256,9 +256,9 @@ class FootTrack(Oriented, SmoothableTrack, Result):
         return GeodeticTrack(self.time, geodetic, self.source)
 
     def to_log(self) -> Log:
-        """Return a log of x, y, z, m, for `zerorate.write_log`.
+        """Return a log of x, y, z (m), for `zerorate.write_log`.
 
-        Its extra columns are velocity, m/s, quaternion, standard deviations of position and
+        Its extra columns are velocity (m/s), quaternion, standard deviations of position and
         heading, and a flag for stances.
         """
         span = float(np.ptp(self.time))

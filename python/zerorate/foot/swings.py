@@ -102,7 +102,7 @@ class Swings:
     way : ndarray, shape (m,)
         Distance between both stances, m.
     vertical_velocity, vertical_velocity_sigma : ndarray, shape (m,)
-        Vertical velocity, m/s, positive up, that the next stance corrects, and its standard
+        Vertical velocity (m/s, positive up) that the next stance corrects, and its standard
         deviation.
 
     Examples

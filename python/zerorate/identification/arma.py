@@ -72,10 +72,10 @@ def fit_arma(
         Autoregressive and moving-average order, 0 to 8.
     method : {"css", "exact"}
         "css" minimises the sum of the squared conditional residuals, and is fast. Before each
-        stretch between missing samples, innovations are assumed zero and samples equal to the mean.
-        The first p residuals of the stretch depend on this assumption and are left out. "exact"
-        maximises the Gaussian likelihood of all samples, across missing samples; the process is
-        then stationary. On long records both methods agree closely.
+        stretch between missing samples, innovations are assumed zero and samples equal to the
+        record's mean. The first p residuals of the stretch depend on this assumption and are left
+        out. "exact" maximises the Gaussian likelihood of all samples, across missing samples; the
+        process is then stationary. On long records both methods agree closely.
     constant : bool
         True: estimate a constant. False: the process has mean zero.
     start : array_like, shape (p + q + 1,), optional

@@ -304,10 +304,10 @@ class ArmaModel(Result):
     def residuals(self, z: npt.ArrayLike) -> Floats:
         """Return the innovations of a record under this model, shape (n,).
 
-        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Before each stretch
-        between missing samples, the samples are taken as their mean, and the innovations as zero.
-        The first p innovations of a stretch depend on this assumption and are NaN.
-        Innovations of missing samples are NaN.
+        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Before each stretch between
+        missing samples, the samples are taken as their mean (`record_mean` if known), and the
+        innovations as zero. The first p innovations of a stretch depend on this assumption and are
+        NaN. So are those of missing samples.
 
         Raises
         ------

@@ -35,7 +35,7 @@ MAX_DAMPING: Final = 1e12
 
 @dataclass(frozen=True, eq=False)
 class NetworkModel:
-    """Network of tanh units with a linear output; it predicts a sample from the last samples.
+    """Network of tanh units with a linear output; it predicts a sample from those before it.
 
     ``z_k = mean + scale (output @ tanh(weights @ x + biases) + offset) + a_k``, with ``x = (past -
     mean) / scale``. ``past`` has the last samples, newest first.
@@ -143,11 +143,11 @@ def fit_network(
 ) -> NetworkModel:
     """Train a network to predict the next sample, and compare it with an AR model.
 
-    The network is trained on the first half of the record, at most 20,000 samples. The rest tests
-    it against an autoregression with the same number of inputs. A run on its own predictions shows
-    if the network oscillates. On all tested gyros at rest, `gain_over_ar` is below one per cent.
-    Read `verdict` first: a network with a gain may oscillate, and a filter with this network would
-    then also oscillate.
+    The network is trained on the first half of the record, at most 20,000 samples. Later samples
+    test it against an autoregression with the same number of inputs. A run on its own predictions
+    shows if the network oscillates. On all tested gyros at rest, `gain_over_ar` is below one per
+    cent. Read `verdict` first: a network with a gain may oscillate, and a filter with this network
+    would then also oscillate.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ class StateSpace:
         return np.asarray(still & (self.constant == 0.0))
 
     def covariance(self) -> Floats:
-        """Return the stationary covariance P = F P F' + sigma2 G G' of the state, shape (n, n).
+        """Return the stationary covariance P = F P F^T + sigma2 G G^T of the state, shape (n, n).
 
         Raises
         ------
@@ -139,14 +139,16 @@ class StateSpace:
         return gamma
 
     def impulse_response(self, n: int) -> Floats:
-        """Return H F^k G, the effect of the first noise, for k below n, shape (n,).
+        """Return H F^k g, the effect of the first noise (column g of G), for k below n, shape (n,).
 
         For a form with a single noise, the result is psi_0 ... psi_(n-1) of the ARMA model.
         """
         return self._output_series(self.G[:, 0], n)
 
     def transfer(self, frequencies: npt.ArrayLike, rate: float) -> npt.NDArray[np.complex128]:
-        """Return the transfer function H (I - F e^(-i w))^-1 G from the first noise to the samples.
+        """Return the transfer function from the first noise to the samples.
+
+        It is H (I - F e^(-i w))^-1 g, with the first column g of G.
 
         Parameters
         ----------
@@ -188,7 +190,7 @@ class StateSpace:
         return build_form(self._arma_numbers(), form, self.R)
 
     def transformation(self, other: StateSpace) -> Floats:
-        """Return T with x' = T x, F' T = T F, G' = T G and H = H' T, shape (n, n).
+        """Return T with x' = T x, F' T = T F, G' = T G and H = H' T, shape (n, n); ' marks `other`.
 
         Raises
         ------

@@ -157,8 +157,8 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     Acceptance means that the record may be a random walk. Rejection is less certain if the random
     walk is weak compared with white noise, as in a gyro. A record with a weak random walk is an
     ARMA process with a moving-average root near 1. The test rejects its unit root in far more than
-    5 % of the cases. `kpss` detects this drift. `reverse_arrangements` detects it if the drift does
-    not return.
+    5 % of the cases. `kpss` detects the random walk. `reverse_arrangements` detects it if the walk
+    does not return.
 
     Parameters
     ----------

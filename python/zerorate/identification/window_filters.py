@@ -141,7 +141,7 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
 def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
     """Replace samples far from the moving average by the average, as Bao and Yuan do.
 
-    An outlier increases the average around it and the standard deviation, so `hampel` finds more.
+    An outlier increases its average and the standard deviation, so `hampel` finds more outliers.
 
     Parameters
     ----------
@@ -215,8 +215,8 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     -------
     ndarray of float64, shape (ceil(n / factor),)
         Decimated record; sample k has the time of z[k factor]. The filter extends just over 25
-        `factor` samples to each side. A sample is missing if the filter includes a missing sample
-        or extends beyond an end of the record.
+        times `factor` samples to each side. A sample is missing if the filter includes a missing
+        sample or extends beyond an end of the record.
 
     Raises
     ------

@@ -75,8 +75,8 @@ class LinearRun(Result):
     def nis(self) -> Floats:
         """Normalised innovations squared, shape (n,).
 
-        If the model is right, their mean is the number of measurements. NaN if all measurements of
-        a sample are missing.
+        If the model is right, their mean is m, the number of measurements. NaN if all measurements
+        of a sample are missing.
         """
         return self._require("nis")
 
@@ -84,8 +84,7 @@ class LinearRun(Result):
     def log_likelihood(self) -> Floats:
         """Log-likelihood of each sample, shape (n,).
 
-        Their sum is the log-likelihood of the record. It is 0 for a sample with all measurements
-        missing.
+        Their sum is the log-likelihood of the record. A sample with all measurements missing has 0.
         """
         return self._require("log_likelihood")
 

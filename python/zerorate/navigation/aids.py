@@ -35,7 +35,7 @@ class Aid:
         - height: m
         - pressure: Pa
         - heading: rad
-        - baseline between two antennas: vector north, east, down, m
+        - baseline between two antennas: vector north, east, down (m)
     sigma : float or array_like, shape (k,) or (k, 3), optional
         Standard deviation of the readings, in the unit of `value`. Default: the filter's value.
 

@@ -50,11 +50,11 @@ class Alignment(Oriented, Result):
     course : bool
         True if the filter may use the course as the heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
-        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
+        Biases of the gyro (rad/s) and the accelerometer (m/s^2).
     level_sigma, heading_sigma : float
-        Standard deviation of roll and pitch, and standard deviation of the heading, rad.
+        Standard deviation of roll and pitch, and of the heading (rad).
     gyro_bias_sigma, accel_bias_sigma : float
-        Standard deviations of the biases on each axis: gyro, rad/s, and accelerometer, m/s^2.
+        Standard deviations of the biases on each axis: gyro (rad/s) and accelerometer (m/s^2).
     notes : tuple of str
         Sentences that say where the alignment comes from.
 
@@ -127,10 +127,10 @@ def align(
     Roll is ``atan2(-f_y, -f_z)`` and pitch is ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force
     f. The gyro bias is the mean rate minus the earth's rate. Without a heading only the vertical
     part of the earth's rate is known. The horizontal part is then added to the standard deviation.
-    Rests are found by the variance, which misses a gentle start if the sensor is noisy. A rest
-    therefore ends where the mean over one second differs clearly from the median of these means. No
-    motion is searched in a `span` that is given; only the number of samples and the mean force are
-    checked.
+    Rests are found by the variance, which misses a gentle start of motion with a noisy sensor. A
+    rest therefore ends where the mean over one second differs clearly from the median of these
+    means. No motion is searched in a given `span`; only the number of samples and the mean force
+    are checked.
 
     Examples
     --------

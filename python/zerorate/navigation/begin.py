@@ -231,7 +231,7 @@ def find_beginning(
         recording's metadata, or else from the motion. "none" means that the sensors' axes are the
         body's axes.
     antenna : array_like, shape (3,), optional
-        Vector from the sensors to the antenna, m forward, right, down. Default: the recording's
+        Vector from the sensors to the antenna: forward, right, down (m). Default: the recording's
         metadata, or else zero with a standard deviation of 1 m.
     time_offset : float, TimeOffset or "auto"
         Offset to add to the times of the fixes, s. "auto" finds the offset at which sensors and
@@ -247,8 +247,7 @@ def find_beginning(
         Results of earlier checks on a longer part of the recording. Default: the checks are run
         here.
     alarms : list of str, optional
-        List that collects the alarms. Each alarm is added at once. The list therefore has it even
-        if an error follows.
+        List that collects the alarms. Each alarm is added at once, even if an error follows.
     **options
         Options of `zerorate.NavigationFilter`. They apply while clock, heading and noise are
         estimated.

@@ -93,7 +93,7 @@ def find_time_offset(
     standard deviations:
 
     - offset of the positions and offset of the velocities
-    - common rate of both offsets
+    - common rate of change of both offsets
     - antenna position
 
     Parameters
@@ -121,15 +121,15 @@ def find_time_offset(
     -----
     The search uses Gauss-Newton steps on the normalised innovations after the first 20 s.
     Innovations beyond three robust standard deviations get less weight. The normal equations
-    multiply slopes from forward differences by slopes from backward differences. The noises of
-    these slopes are independent.
+    multiply derivatives from forward differences by those from backward differences, because their
+    noises are independent.
 
     At constant speed a clock offset has the same effect as an antenna forward of the sensors. If
     the record cannot distinguish them, prior standard deviations decide: 0.3 s for the offset, 1e-3
     for the rate, 1 m for the antenna. The standard deviations of the result are then larger.
 
-    A position or velocity beyond six standard deviations is left out. It is kept if the next
-    innovation has a similar size and the same sign.
+    A position or velocity beyond six standard deviations is left out, unless the next innovation
+    has a similar size and the same sign.
 
     The standard deviations are at least their value for innovations of the predicted size. A fifth
     of a sample interval is then added. A rate is reported only if it exceeds three standard

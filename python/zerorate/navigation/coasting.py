@@ -172,7 +172,7 @@ def find_noise(
         Noise of the sensors, if known. Default: the noise of consumer sensors.
     lower : bool, optional
         True allows noise below the model if this clearly increases the likelihood. Default: True if
-        no model is given. The noise of a given model can then only increase.
+        no model is given. By default a given model's noise can only increase.
     **options
         Further options of `NavigationFilter`.
 

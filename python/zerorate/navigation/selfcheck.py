@@ -85,7 +85,7 @@ class NavigationChecks:
     lag : float
         Offset to add to the times of the fixes, s, accurate to about 0.1 s. NaN if unknown.
     correlation : float
-        Correlation between the rate of the course and the gyro's rate about down.
+        Correlation between the course's rate of change and the gyro's rate about down.
     axes : Axes or None
         Estimated axes of the sensors. None if unknown.
     source : str
@@ -152,7 +152,7 @@ def check_navigation(
     The checks compare three pairs:
 
     - positions with velocities
-    - the rate of the course with the gyro's rate about down
+    - the course's rate of change with the gyro's rate about down
     - the mean force with the accelerations along and across the course
 
     If the vehicle hardly turns or accelerates, a finding says that these checks are not possible.

@@ -120,13 +120,13 @@ class Track(Oriented, SmoothableTrack, Result):
     time : ndarray, shape (n,)
         Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Position of the sensors: latitude and longitude, deg, height, m. NaN while unknown.
+        Position of the sensors: latitude and longitude (deg), height (m). NaN while unknown.
     velocity : ndarray, shape (n, 3)
         Velocity north, east, down, m/s.
     quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to north, east, down.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Biases of the gyro, rad/s, and the accelerometer, m/s^2.
+        Biases of the gyro (rad/s) and the accelerometer (m/s^2).
     sigma : ndarray, shape (n, 15)
         Standard deviations, three columns each:
 
@@ -217,7 +217,7 @@ class Track(Oriented, SmoothableTrack, Result):
         Parameters
         ----------
         position : array_like, shape (n, 3)
-            True latitude and longitude, deg, and height, m.
+            True latitude and longitude (deg) and height (m).
         velocity : array_like, shape (n, 3), optional
             True velocity north, east, down, m/s.
         quaternion : array_like, shape (n, 4), or scipy Rotation of length n, optional
@@ -227,7 +227,7 @@ class Track(Oriented, SmoothableTrack, Result):
         -------
         ndarray, shape (n, 3), (n, 6) or (n, 9)
             Errors north, east, down, with three columns per quantity in the order of `sigma`:
-            position, m, velocity, m/s, and orientation (rotation vector), rad.
+            position (m), velocity (m/s) and orientation (rotation vector, rad).
         """
         parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:
@@ -244,7 +244,7 @@ class Track(Oriented, SmoothableTrack, Result):
         Parameters
         ----------
         origin : array_like, shape (3,), optional
-            Latitude and longitude, deg, and height, m, of the origin. Default: the first known
+            Latitude and longitude (deg) and height (m) of the origin. Default: the first known
             position.
 
         Returns

@@ -64,11 +64,11 @@ def write_geojson(
     path
         File to write.
     track
-        `Fixes`, or any object with ``time`` (n,), s, and ``position`` (n, 3), deg, deg and m. A row
-        without a position (NaN) ends a line. Heights may be missing.
+        `Fixes`, or any object with ``time`` (s, shape (n,)) and ``position`` (latitude and
+        longitude in deg, height in m, shape (n, 3)). A row without a position (NaN) ends a line.
+        Heights may be missing.
     epoch : float, optional
-        Unix time, UTC, at which the track's time is zero. Default: ``track.epoch``, if the track
-        has it.
+        Unix time at which the track's time is zero. Default: ``track.epoch``, if any.
     name : str, optional
         Name of the track. Default: ``track.source``, or else "track".
     force : bool

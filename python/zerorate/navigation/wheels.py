@@ -110,9 +110,9 @@ class Wheels:
         Returns
         -------
         Wheels
-            Speeds with standard deviations. A standard deviation includes the rounding. It is the
-            root of ``sigma**2 + (tick * rate)**2 / 6``. There is no speed where the counter jumps,
-            or where counts are missing for more than half a second.
+            Speeds with standard deviations that include the rounding: for a mean over dt, the root
+            of ``sigma**2 + (tick / dt)**2 / 6``. There is no speed where the counter jumps, or
+            where counts are missing for more than half a second.
 
         Raises
         ------

@@ -50,7 +50,7 @@ class LowPass:
         Examples
         --------
         >>> from zerorate.noise import LowPass
-        >>> round(1.0 / LowPass(5.0, 1.0).passed_share(200.0))  # a sample varies so much less
+        >>> round(1.0 / LowPass(5.0, 1.0).passed_share(200.0))  # ratio of variances
         14
         """
         f: Floats = (np.arange(_SHARE_POINTS, dtype=np.float64) + 0.5) * (0.5 / _SHARE_POINTS)

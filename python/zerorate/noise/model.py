@@ -36,7 +36,7 @@ class DiscreteSigmas(NamedTuple):
     ----------
     white : float
         N sqrt(rate) in rad/s: the standard deviation of one sample's white noise. Its square is the
-        measurement noise R of a filter that measures the rate.
+        measurement noise R of a filter for angular rate.
     walk_step : float
         K / sqrt(rate) in rad/s: the standard deviation of the random walk's step from one sample to
         the next. Its square is the process noise Q of the bias.
@@ -92,7 +92,7 @@ class NoiseModel(Result):
         False. Default: none.
     low_pass : LowPass, optional
         Filter between noise and samples. The coefficients are valid below its corner. The variance
-        of a sample is then less than N^2 times the rate.
+        of a sample is then less than N^2 times the sampling rate.
     up_to : float, optional
         Frequency in Hz below which the coefficients were estimated. Default: all frequencies.
 

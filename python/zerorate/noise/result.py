@@ -153,7 +153,7 @@ class AllanResult(Result):
         Parameters
         ----------
         method : {"curve", "polynomial"}
-            "curve": non-negative least squares, with variances and covariances of the deviations
+            "curve": non-negative least squares; variances and covariances of the deviations follow
             from the estimated noise. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to 2, for
             comparison with the literature.
         terms : sequence of str

@@ -54,15 +54,15 @@ def calibrate_magnetometer(
         is fitted, and a note states this. A sphere needs samples in all directions and a constant
         field.
     gyro : str
-        Name of the gyro if there are several. Default: the first one.
+        Name of the gyro if there are several. Default: the first.
     one : bool
         True: estimate one hard iron for the whole record. False (default): estimate several if this
         clearly reduces the scatter, for example if a magnet comes and goes.
     field, dip : float, optional
-        Magnitude of the earth's field at the place, uT, and its angle below the horizontal, rad,
-        from a field model. A result that contradicts them is not valid.
+        Magnitude of the earth's field (uT) and its angle below the horizontal (rad), from a
+        field model. A result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and optionally height, m: `zerorate.geometry.earth_field` then
+        Latitude and longitude (deg), optionally height (m): `zerorate.geometry.earth_field` then
         gives field and dip. Default: the recording's positions, if it has any and pygeomag is
         installed.
 

@@ -171,7 +171,7 @@ class TemperatureModel(Result):
             Sampling rate, Hz. Required if `z` is an array.
         max_degree : int
             Highest degree of the polynomial, 0 to 3. Default 3. A straight line needs a range of 1
-            K, a parabola 8 K, a cubic 15 K. Up to this limit, BIC chooses the degree.
+            K, a parabola 8 K, a cubic 15 K. BIC chooses the degree within these limits.
         rests : array_like of bool, shape (n,), optional
             Mask of samples at rest. Default: rests are detected by their variance, and rotation at
             a constant rate then counts as rest.
