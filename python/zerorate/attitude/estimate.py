@@ -98,8 +98,8 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     notes : tuple of str
         Sentences on the recording and on assumptions.
     compared_heading : {"absolute", "relative", "aligned"}
-        Default of ``heading`` in `errors`. It is "relative" without a magnetometer. It is "aligned"
-        for a reference with its own north, such as a camera.
+        Default of the argument ``heading`` of the method `errors`. It is "relative" without a
+        magnetometer. It is "aligned" for a reference with its own north, such as a camera.
     alarms : tuple of str
         Sentences on contradictions in the recording.
 

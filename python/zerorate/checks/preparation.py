@@ -365,9 +365,10 @@ PREPARATIONS: Final = (
     ),
     Preparation(
         GRAVITY,
-        "5th percentile of the mean force in windows of 0.25 s; in violent motion, force in the "
-        "windows of 0.1 s with the least rotation",
-        "this force is below 0.25 g, and below a quarter of the force in other windows",
+        "*low force*: 5th percentile of the mean force in windows of 0.25 s; in violent motion, "
+        "median force of the windows of 0.1 s with the least rotation",
+        "the low force is below 0.25 g, and below a quarter of the 90th percentile of the windows; "
+        "in violent motion, below a quarter of the median of all windows",
         "gravity columns are added if present; otherwise tasks that need gravity raise an error",
         "columns",
         _restore_gravity,
@@ -413,8 +414,8 @@ PREPARATIONS: Final = (
         CLIPPED,
         "samples at the largest value of an axis, and the flanks of the peak",
         "see `zerorate.checks.restore_recording`",
-        "certain clipped rates are restored; replay, allan, identify and compare only raise an "
-        "alarm",
+        "rates are restored if they are clipped beyond doubt; replay, allan, identify and compare "
+        "only raise an alarm",
         "clipped",
         _restore_clipped,
         "all tasks except correct, calibrate and report",
@@ -433,7 +434,7 @@ PREPARATIONS: Final = (
         "wrong positions",
         "a single position is far from the line between the previous and the next fix",
         "the distance is above six standard deviations, and above eight times the median distance "
-        "that motion causes; only for receivers without velocities",
+        "of all fixes, without its part from noise; only for receivers without velocities",
         "the wrong positions are excluded; a note gives their number",
         "",
         None,

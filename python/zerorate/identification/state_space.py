@@ -313,9 +313,11 @@ def make_state_space(
     form : str
         Forms with r = max(p, q + 1) states, minimal if phi and theta have no common root:
 
-        - "harvey" (default): companion of phi by columns, G = [1, theta], H = [1, 0, ...]
-          (Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter", 1989).
-        - "controllable": companion by rows, G = [1, 0, ...], H = [1, theta].
+        - "harvey" (default): F is the companion matrix with phi in its first column, G = [1,
+          theta], H = [1, 0, ...] (Harvey, "Forecasting, Structural Time Series Models and the
+          Kalman Filter", 1989).
+        - "controllable": F is the companion matrix with phi in its first row, G = [1, 0, ...], H =
+          [1, theta].
         - "observable": the state is z_k and the predictions of the next samples. G = psi weights, H
           = [1, 0, ...] (Akaike, Annals of the Institute of Statistical Mathematics 26, 1974). The
           observability matrix is the identity.

@@ -163,12 +163,12 @@ class Beginning:
     antenna_sigma : ndarray, shape (3,)
         Standard deviations of `antenna`, m.
     consider_antenna : bool
-        True if the antenna was found with the clock. The filter then includes its standard
-        deviation but does not estimate the antenna.
+        True if `antenna` was estimated together with the time offset. The filter then includes
+        `antenna_sigma` but does not estimate the antenna.
     checks : NavigationChecks
         Results of the checks of sensors and fixes against each other.
     noise : FoundNoise or None
-        Process noise from errors while coasting. None if it was not estimated.
+        Process noise, estimated from the errors while coasting. None if it was not estimated.
     alarms : tuple of str
         Sentences on contradictions in the recording.
     notes : tuple of str

@@ -167,10 +167,10 @@ class AllanResult(Result):
         Returns
         -------
         FittedModel, or tuple of FittedModel
-            A `NoiseModel` for each axis, in SI units. If the unit of the samples is unknown, the
-            model has their unit. Each coefficient has a standard error, a 95 % upper bound, and a
-            flag that is True if the record determines it. Coefficients that are not in `terms` are
-            unknown.
+            A `NoiseModel` for each axis. Coefficients are in SI units if the unit of the samples is
+            known, otherwise in the unit of the samples. Each coefficient has a standard error, a
+            95 % upper bound, and a flag that is True if the record determines it. Coefficients that
+            are not in `terms` are unknown.
 
         Raises
         ------

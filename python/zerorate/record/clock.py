@@ -41,8 +41,8 @@ class ClockReport:
         log.
     wander
         Largest difference between uniform clock and stamps, s, if the rate of the clock changes;
-        else 0. In this case the log keeps the stamps, and the jitter is relative to the changing
-        clock.
+        else 0. If the rate changes, the log keeps the stamps, and the jitter is relative to the
+        changing clock.
     slowest, fastest
         Slowest and fastest rate of a changing clock, Hz, as means over a fortieth of the log. 0 if
         the rate does not change.
@@ -52,8 +52,8 @@ class ClockReport:
     late_count
         Number of intervals between stamps that exceed 1.5 periods although no sample is missing.
     restart_count
-        Number of restarts of the clock: steps back by more than 1 s. The length of a pause is
-        unknown, so 10 s count as missing, or the log's length if shorter.
+        Number of restarts of the clock: steps back by more than 1 s. The time lost at a restart is
+        unknown. It counts as 10 s of missing samples, or as the log's length if that is shorter.
 
     Examples
     --------

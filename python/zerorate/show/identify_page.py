@@ -49,8 +49,8 @@ def identification_page(
 ) -> str:
     """Return a page with a section for each axis.
 
-    `axes`: identifications of axes with different names. `source`: name of the log. `figures`: SVG
-    figures by axis. `notes`: sentences on the log.
+    `axes`: one identification per axis; the names of the axes must differ. `source`: name of the
+    log. `figures`: SVG figures by axis. `notes`: sentences on the log.
     """
     return _make_page(f"{source}: identification", _make_body(axes, source, figures, notes))
 

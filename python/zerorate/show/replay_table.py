@@ -65,7 +65,7 @@ def format_replays(replays: Replays) -> str:
 def format_bias(replay: Summary) -> str:
     """Return each axis's bias at the end, time at rest, and error if the bias is held.
 
-    The table has a row for each axis. For "auto" it includes the learned noise.
+    The table has a row for each axis. With the method "auto" it includes the learned noise.
     """
     heads, rows = _bias_columns(replay)
     title = f"Bias at the end, by {replay.method}: {Path(_source_name(replay)).name}"

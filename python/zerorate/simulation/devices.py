@@ -37,7 +37,8 @@ class Device:
     resolution : float
         Step of the output, rad/s. 0 if the step is too small to model.
     source : str
-        Data sheet with its stated values, and the values that are chosen.
+        Name of the data sheet, the values stated there, and a note if a value is chosen for
+        simulation.
 
     Examples
     --------

@@ -290,7 +290,8 @@ def navigate(
     smooth : bool
         Use later fixes too (forward-backward pass).
     outages : float or sequence of float
-        Lengths of simulated outages, s. The fixes withheld in them measure the errors.
+        Lengths of simulated outages, s. In an outage the filter does not get the fixes. The
+        differences from these fixes are the errors.
     vehicle : "wheeled", optional
         "wheeled": the vehicle does not slip sideways and stays on the ground.
     axle : array_like, shape (3,), optional
@@ -345,8 +346,9 @@ def navigate(
     baseline : array_like, shape (3,), optional
         Vector from the first to the second antenna, m forward, right, down.
     limits : dict of str to float, optional
-        Largest standard deviation of a valid output, by output: position and height (m), velocity
-        (m/s), attitude and heading (rad). Default: limits of `zerorate.NavigationFilter`.
+        For each output, the largest standard deviation at which the output is valid. The keys are
+        "position" and "height" (m), "velocity" (m/s), "attitude" and "heading" (rad). Default:
+        limits of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,

@@ -263,9 +263,11 @@ pub struct GyroArray {
 streaming!(GyroArray);
 streaming!(
     @process GyroArray,
-    "What ``update`` returns for each sample of a batch: (n, sensors, 3) to (n, 3), with one axis
-    (n, sensors) to (n,); the interpreter lock is released. ``threads`` has no effect: an array is
-    one signal.",
+    "Process each sample of a batch and return what ``update`` returns for each of them.
+
+    Samples (n, sensors, 3) give a result (n, 3). With one axis, samples (n, sensors) give a result
+    (n,). ``threads`` has no effect, because all gyros together are one signal. The interpreter lock
+    is released.",
     out
 );
 

@@ -185,7 +185,7 @@ impl PositionFilter {
     ///
     /// position, velocity and receiver_error are (n, 2); sigma, missing and held are (n,). With k
     /// channels the shapes are (n, k, …). ``missing`` marks missing fixes. ``held`` marks fixes
-    /// that "heading" ignored.
+    /// that the method "heading" ignored.
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,

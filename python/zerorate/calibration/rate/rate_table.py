@@ -136,7 +136,9 @@ class RateTable(Result):
         return (self._line(w) + self._bend(w)).reshape(np.shape(rates))
 
     def correct(self, z: npt.ArrayLike | Log) -> Floats | Log:
-        """Return the rates that give an output, in the unit of the table's rates.
+        """Return the true rates at which the sensor has the output `z`.
+
+        The rates are in the unit of the table's rates.
 
         Parameters
         ----------

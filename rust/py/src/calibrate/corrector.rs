@@ -104,8 +104,8 @@ streaming!(
     process: "Process each sample of a batch and return the corrected rates, or rates and forces.
 
     Samples (n, 3) give the rates, (n, 3). Samples (n, 6) or (n, 7) give rates and forces, each
-    (n, 3). With k channels all arrays have a second axis of length k. ``out`` is only for 3
-    inputs. The interpreter lock is released.",
+    (n, 3). With k channels all arrays have a second axis of length k. ``out`` can be used
+    only if ``inputs`` is 3. The interpreter lock is released.",
     out
 );
 

@@ -150,7 +150,8 @@ macro_rules! aided {
             aid_disturbed: Bound<'py, PyDict> = of_aids(py, this.shared.filter(), |report| Ok(report.disturbed))?;
             /// True for each output with a standard deviation within its limit.
             ///
-            /// An output above its limit is usable again below 0.7 times the limit.
+            /// After the standard deviation has exceeded the limit, the output is usable again when
+            /// the standard deviation is below 0.7 times the limit.
             usable: Bound<'py, PyDict> = {
                 let bits = this.shared.filter().usable();
                 named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], bits >> k & 1 == 1)))?
