@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -12,6 +13,8 @@ from support.streams import lines_of, streamed
 from zerorate import read_log
 from zerorate.cli import run
 from zerorate.tasks.batch import batch
+from zerorate.tasks.saving import Outputs
+from zerorate.views import FigureError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits and /dev/full are Linux's")
 
@@ -123,6 +126,23 @@ class TestFoldersThatGoAway:
         finished = [name for name in names(gone) if not name.startswith(".")]
         assert finished in ([], ["run00-zerorate.parquet"])
         assert [read_log(gone / name).n for name in finished] in ([], [3000])
+
+    def test_no_folder_is_made_again(self, tmp_path):
+        out, gone = tmp_path / "out", tmp_path / "gone"
+        moved = threading.Event()
+
+        def write(path):
+            out.rename(gone)
+            moved.set()
+
+        def draw(path):
+            moved.wait(10.0)
+
+        figures = (out / "a.png", out / "b.png")
+        outputs = Outputs(out / "a.csv", figures, force=False)
+        with pytest.raises((OSError, FigureError)):
+            outputs.write([write], [draw, draw], lambda *_: None)
+        assert not out.exists()
 
 
 class TestFilesThatAreCut:

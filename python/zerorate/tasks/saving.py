@@ -303,6 +303,8 @@ class Outputs:
             If a figure cannot be drawn; all other files are written.
         """
         draws = [draw] if callable(draw) else draw
+        # Once: a folder that goes away while the files are written is not made again.
+        make_folders(self.paths)
         # Figures are renamed after the data: without data, no figure appears.
         with ThreadPoolExecutor(1) as executor, ExitStack() as drawn:
             data = executor.submit(self._write_data, writers)
@@ -311,7 +313,7 @@ class Outputs:
                 progress("drawing", done)
                 try:
                     with ExitStack() as one:
-                        draw_figure(*one.enter_context(atomic_paths([path], self.force)))
+                        draw_figure(*one.enter_context(_temporary_paths([path], self.force)))
                         drawn.push(one.pop_all())
                 except (ImportError, FileExistsError):
                     raise
@@ -322,7 +324,7 @@ class Outputs:
         report_figure_faults(faults)
 
     def _write_data(self, writers: Sequence[Writer]) -> None:
-        with atomic_paths([self.log, *self.others], self.force) as temporary:
+        with _temporary_paths([self.log, *self.others], self.force) as temporary:
             for write, path in zip(writers, temporary, strict=True):
                 write(path)
 
@@ -374,8 +376,15 @@ def make_folders(paths: Iterable[Path]) -> None:
 
 @contextmanager
 def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
-    """Yield temporary paths; rename them to the files when all are written."""
+    """Make folders, yield temporary paths; rename them to the files when all are written."""
     make_folders(paths)
+    with _temporary_paths(paths, force) as temporary:
+        yield temporary
+
+
+@contextmanager
+def _temporary_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
+    """Yield temporary paths in folders that exist; rename them when all are written."""
     with ExitStack() as stack:
         # Exit in reverse order, so the first file appears last.
         yield [stack.enter_context(atomic_path(path, force)) for path in paths]
