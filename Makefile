@@ -47,19 +47,18 @@ minimal: wheel ## Test the package with the oldest version of each dependency
 	target/minimal/bin/python -m pytest -W default --numprocesses=logical --dist=worksteal
 
 FREE_THREADED ?= python3.14t
-# What needs no package that is built with the lock alone. Pandas warns of NumPy's newest there.
+# What needs no package that is built with the lock alone.
 FREE_THREADED_TESTS := drift attitude/test_tilt.py laws limits/test_interrupt.py \
-	--ignore laws/test_roads.py --ignore laws/test_samples_with_names.py \
-	--deselect 'laws/test_one_answer.py::test_a_command_and_its_function_give_one_answer[attitude, north]'
+	--ignore laws/test_roads.py --ignore laws/test_samples_with_names.py
 
 free-threaded: | check-cargo ## Build for FREE_THREADED (python3.14t), and test filters and threads there
 	$(FREE_THREADED) -m venv --clear target/free-threaded
 	target/free-threaded/bin/pip install --quiet . pytest pytest-xdist hypothesis scipy pandas \
-		pyarrow matplotlib jsonschema statsmodels
+		pyarrow matplotlib jsonschema statsmodels PyWavelets pygeomag
 	target/free-threaded/bin/python -W error -c \
 		"import sys, zerorate; zerorate.DriftFilter(100.0); assert not sys._is_gil_enabled()"
 	cd tests && ../target/free-threaded/bin/python -m pytest --numprocesses=logical \
-		-o filterwarnings=ignore $(FREE_THREADED_TESTS)
+		-W default $(FREE_THREADED_TESTS)
 
 test: test-package test-core ## Run all tests of the core and of the package
 

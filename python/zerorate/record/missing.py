@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 _MISSING: Final[dict[str, Any]] = {
-    "M": np.datetime64("NaT"),
-    "m": np.timedelta64("NaT"),
+    "M": np.datetime64("NaT", "ns"),
+    "m": np.timedelta64("NaT", "ns"),
     "O": None,
 }
 
