@@ -76,7 +76,7 @@ def test_it_stands_alone_and_takes_names_as_text(page):
     assert not re.search(r"(src|href)=\"(?!#|data:)|url\(|@import|https?://", page)
     assert "<script>alert" not in page
     assert "act</b> gyro was at its limit" in page
-    assert "act</b> gyro: share of samples at their limit" in page
+    assert "act</b> gyro: share of samples at the limit of the sensor" in page
     assert len(page) < 3e6
 
 
@@ -200,5 +200,5 @@ def test_text_and_figure_of_a_report_say_what_is_urgent():
     recording = zr.simulate_motion("hand", duration=60.0).recording()
     gyro = recording.gyro.with_data(recording.gyro.data.clip(-1.0, 1.0))
     found = zr.report(zr.Recording({**recording, "gyro": gyro}))
-    assert "act: gyro: share of samples at their limit" in found.table()
+    assert "act: gyro: share of samples at the limit of the sensor's range" in found.table()
     assert found.plot().axes[0].get_yticklabels()[-1].get_text() == "act: at its limit"
