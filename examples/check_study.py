@@ -109,7 +109,7 @@ def axes(recordings):
 
 
 def units(recordings, factor):
-    """Return how often a wrong unit is detected, and how often the diagnosis is wrong."""
+    """Return the number of wrong units that are detected, and of wrong diagnoses."""
     right = wrong = 0
     for recording in recordings:
         gyro = recording["gyro"]

@@ -87,11 +87,11 @@ def test_status_and_count_say_so(method, scale):
     f = zr.DriftFilter(rate=RATE, method=method, motion="ignore", output="estimate")
     f.process(scale * record(10.0))
     assert f.restart_count == 0
-    told = set()
+    statuses = set()
     for z in record(60.0):
         f.update(z)
-        told.add(f.status)
-    assert told == {"at rest", "restarting"}
+        statuses.add(f.status)
+    assert statuses == {"at rest", "restarting"}
     assert f.restart_count == 1
     assert f.samples_seen == 7000
 

@@ -22,7 +22,7 @@ def format_formats(
 ) -> str:
     """Return tables of the formats of logs and receivers, and of the packets of devices."""
     tables = (
-        _format_formats("Logs that are read", logs),
+        f"{_format_formats('Logs that are read', logs)}\n  Videos of GoPro cameras need no extra.",
         _format_formats("Positions that are read", fixes),
         _format_packets(packets),
     )
